@@ -120,8 +120,9 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
                "Calibrate again: too many cameras moved, or the rig is not that of the take.");
   if (held > 0)
     AddFinding(verdict, v1::GRADE_USABLE,
-               absl::StrCat(held, held == 1 ? " camera sees too little of the cloth and was"
-                                            : " cameras see too little of the cloth and were",
+               absl::StrCat(held,
+                            held == 1 ? " camera sees too little of the cloth and was"
+                                      : " cameras see too little of the cloth and were",
                             " not evaluated"),
                "Register a take in which the cloth passes before it, with more --samples.");
   AddCheck(verdict, kCalibrationReprojection, RmsAfterPx(result));

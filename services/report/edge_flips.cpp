@@ -47,7 +47,7 @@ class EdgeFlips {
     GroupSides();
     is_changed_.assign(faces_.size(), false);
     added_.clear();
-    std::vector<bool> touched(positions_.size(), false);
+    std::vector<uint8_t> touched(positions_.size(), false);
     int flips = 0;
     for (size_t group = 0; group + 1 < group_begin_.size(); ++group) {
       const std::optional<Quad> quad = QuadOf(group);
@@ -136,18 +136,19 @@ class EdgeFlips {
     const size_t i = sides[0] % 3, j = sides[1] % 3;
     const Face &a = faces_[first], &b = faces_[second];
     if (a[i] != b[(j + 1) % 3] || a[(i + 1) % 3] != b[j]) return std::nullopt;
-    const Quad quad = {first,
-                       second,
-                       a[i],
-                       a[(i + 1) % 3],
-                       a[(i + 2) % 3],
-                       b[(j + 2) % 3],
-                       {group_of_[3 * first + (i + 2) % 3], group_of_[3 * second + (j + 1) % 3],
-                        group_of_[3 * second + (j + 2) % 3], group_of_[3 * first + (i + 1) % 3]}};
-    for (const int v : {quad.from, quad.to, quad.left, quad.right})
-      if (is_touched_[welded_[v]]) return quad;
-    return std::nullopt;
+    const int from = a[i], to = a[(i + 1) % 3], left = a[(i + 2) % 3], right = b[(j + 2) % 3];
+    if (!IsTouched(from) && !IsTouched(to) && !IsTouched(left) && !IsTouched(right)) return std::nullopt;
+    return Quad{first,
+                second,
+                from,
+                to,
+                left,
+                right,
+                {group_of_[3 * first + (i + 2) % 3], group_of_[3 * second + (j + 1) % 3],
+                 group_of_[3 * second + (j + 2) % 3], group_of_[3 * first + (i + 1) % 3]}};
   }
+
+  bool IsTouched(int vertex) const { return is_touched_[welded_[vertex]] != 0; }
 
   bool AnyChanged(const Quad& quad) const {
     for (const size_t group : quad.sides)
@@ -215,8 +216,8 @@ class EdgeFlips {
   std::vector<Face>& faces_;
   std::vector<int> welded_;          // the first vertex at the same position, of those that faces name
   std::vector<Shape> shapes_;        // [faces]
-  std::vector<bool> is_changed_;     // [faces], in this round
-  std::vector<bool> is_touched_;     // [vertices], in the round before
+  std::vector<uint8_t> is_changed_;  // [faces], in this round
+  std::vector<uint8_t> is_touched_;  // [vertices], in the round before
   std::vector<EdgeKey> keys_;        // [groups], ascending
   std::vector<size_t> group_begin_;  // [groups + 1], in grouped_
   std::vector<size_t> grouped_;      // sides: 3 * face + corner where it begins

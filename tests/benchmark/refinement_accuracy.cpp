@@ -26,7 +26,7 @@
 namespace weft {
 namespace {
 
-constexpr int kFrames = 5;
+constexpr int kFrames = 3;
 
 struct Film {
   Rig rig;
@@ -137,6 +137,8 @@ absl::Status Run(int takes) {
         right_px = std::max(right_px, camera.px);
       }
     }
+    std::printf("%d %s, %d cameras: right ones so far up to %.2f px and %.2f times the others'\n", i,
+                preset.c_str(), cameras, right_px, right_ratio);
     const auto of_late = Refine(*film, film->rig, chosen);
     if (!of_late.ok()) {
       std::printf("%d %s, %d cameras, one late: %s\n", i, preset.c_str(), cameras,
@@ -171,7 +173,7 @@ int main(int argc, char** argv) {
       "instead of pictures. Each once as it is, once with a camera knocked by 0.1 degrees, and once with a "
       "camera that is a frame late. Prints what is left in the residuals of right, knocked and late cameras.",
       "accuracy_refinement");
-  int takes = 20;
+  int takes = 10;
   app.add_option("--takes", takes, "Takes")->capture_default_str()->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
   const absl::Status status = weft::Run(takes);
