@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -178,22 +179,61 @@ absl::StatusOr<CameraModel> ImageOf(const Line& line, const std::map<std::string
   return camera;
 }
 
-// From paths of images to names of cameras, as the dumps that Weft reads have them.
-void NameCameras(std::vector<CameraModel>& cameras) {
-  std::vector<std::string> folders, stems;
-  for (const CameraModel& camera : cameras) {
-    const std::vector<std::string> parts =
-        absl::StrSplit(camera.id, absl::ByAnyChar("/\\"), absl::SkipEmpty());
-    const std::string file = parts.empty() ? camera.id : parts.back();
-    stems.push_back(file.substr(0, file.rfind('.')));
-    std::string folder = parts.size() > 1 ? parts[parts.size() - 2] : "";
-    if (absl::StartsWith(folder, "cam") && folder.size() > 3 && absl::StartsWith(file, "image"))
-      folder.erase(0, 3);
-    folders.push_back(std::move(folder));
+// The folders of an image, the last one first; a folder cam<camera> of image<frame> is called <camera>.
+struct ImagePath {
+  std::string stem;
+  std::vector<std::string> folders;
+};
+
+ImagePath PathOf(const std::string& name) {
+  std::vector<std::string> parts = absl::StrSplit(name, absl::ByAnyChar("/\\"), absl::SkipEmpty());
+  if (parts.empty()) return {name, {}};
+  ImagePath out{parts.back().substr(0, parts.back().rfind('.')), {parts.rbegin() + 1, parts.rend()}};
+  constexpr size_t kCam = 3;
+  if (!out.folders.empty() && absl::StartsWith(out.folders[0], "cam") && out.folders[0].size() > kCam &&
+      absl::StartsWith(out.stem, "image"))
+    out.folders[0].erase(0, kCam);
+  return out;
+}
+
+bool IsNumber(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), absl::ascii_isdigit);
+}
+
+// The folder, counted from the file, in which each image lies in one of its own: cam1/images/0001.png. Of a
+// single image the one above a number. Nothing where there is no such.
+std::optional<size_t> FolderOfCameras(const std::vector<ImagePath>& paths) {
+  size_t levels = paths.front().folders.size();
+  for (const ImagePath& path : paths) levels = std::min(levels, path.folders.size());
+  if (paths.size() == 1) {
+    const bool is_frame = levels > 0 && IsNumber(paths[0].stem) && !IsNumber(paths[0].folders[0]);
+    return is_frame && paths[0].folders[0] != "images" ? std::optional<size_t>(0) : std::nullopt;
   }
-  const std::set<std::string> different(folders.begin(), folders.end());
-  const bool by_folder = !different.contains("") && different.size() == folders.size() && folders.size() > 1;
-  for (size_t i = 0; i < cameras.size(); ++i) cameras[i].id = by_folder ? folders[i] : stems[i];
+  for (size_t level = 0; level < levels; ++level) {
+    std::set<std::string> different;
+    for (const ImagePath& path : paths) different.insert(path.folders[level]);
+    if (different.size() == paths.size()) return level;
+  }
+  return std::nullopt;
+}
+
+// From paths of images to names of cameras, as the dumps that Weft reads have them.
+void NameCameras(std::vector<CameraModel>& cameras, std::vector<std::string>& remarks) {
+  std::vector<ImagePath> paths;
+  std::set<std::string> folders;
+  for (const CameraModel& camera : cameras) {
+    paths.push_back(PathOf(camera.id));
+    if (!paths.back().folders.empty()) folders.insert(paths.back().folders[0]);
+  }
+  if (paths.empty()) return;
+  const std::optional<size_t> level = FolderOfCameras(paths);
+  for (size_t i = 0; i < cameras.size(); ++i)
+    cameras[i].id = level ? paths[i].folders[*level] : paths[i].stem;
+  if (!level && folders.size() > 1)
+    remarks.push_back(absl::StrCat("images lie in ", folders.size(),
+                                   " folders, some with several images, so ",
+                                   "cameras are called as their files, ", cameras[0].id, " and so on; if a ",
+                                   "folder is a camera, leave one image of each in images.txt"));
 }
 
 absl::StatusOr<std::map<std::string, CameraModel>> LensesOf(std::string_view cameras, const std::string& file,
@@ -226,7 +266,7 @@ absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string
     used.insert(line.words[8]);
     out.rig.cameras.push_back(*std::move(camera));
   }
-  NameCameras(out.rig.cameras);
+  NameCameras(out.rig.cameras, out.remarks);
   for (const auto& [id, lens] : *lenses) {
     if (!used.contains(id))
       out.remarks.push_back(

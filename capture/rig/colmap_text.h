@@ -17,9 +17,9 @@ struct ColmapText {
 
 // Cameras of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV. FOV and the
 // fisheye models without tangential terms are fitted (FitLens). Each image is a camera of the rig. It is
-// named as its file without ending, or as its folder where each has one of its own, cam<camera>/image... as
-// <camera>. The line of points after an image may be missing. InvalidArgument names file, line and what was
-// expected there.
+// named as its file without ending, or as the nearest folder of which each has one of its own, or which is
+// above a number where there is one image: cam1/images/0001.png. cam<camera>/image... is <camera>. The line
+// of points after an image may be missing. InvalidArgument names file, line and what was expected there.
 absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string_view images,
                                            const std::string& source_name);
 

@@ -32,9 +32,12 @@ double ExtentMm(const Rig& rig) {
   return box.diagonal().norm();
 }
 
-// How far the axes pass from the point nearest to all of them, of how far that point is in front of the
-// cameras. None where the axes are nearly parallel; infinite where the point is behind.
-std::optional<double> Spread(const Rig& rig) {
+// A garment fills the images from its hem to its collar. What they show less of is cloth on a table, or a rig
+// in cm or inches: cameras at 2 m show 1 m of it, which are 100 or 39 such units. No cameras show more.
+constexpr double kLeastFieldMm = 250, kMostFieldMm = 50'000;
+
+// The point that is nearest to the axes of all cameras. None where these are nearly parallel.
+std::optional<Eigen::Vector3d> MeetingPoint(const Rig& rig) {
   constexpr double kNearlyParallel = 0.01;  // least eigenvalue a camera: axes within 8 degrees of each other
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -45,17 +48,38 @@ std::optional<double> Spread(const Rig& rig) {
     right += across * camera.CenterWorld();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
+  if (solver.eigenvalues()[0] < kNearlyParallel * static_cast<double>(rig.cameras.size()))
+    return std::nullopt;
+  return Eigen::Vector3d(sum.ldlt().solve(right));
+}
+
+// How far the axes pass from the point nearest to all of them, of how far that point is in front of the
+// cameras. None where the axes are nearly parallel; infinite where the point is behind.
+std::optional<double> Spread(const Rig& rig) {
+  const std::optional<Eigen::Vector3d> meeting = MeetingPoint(rig);
+  if (!meeting) return std::nullopt;
   const auto cameras = static_cast<double>(rig.cameras.size());
-  if (solver.eigenvalues()[0] < kNearlyParallel * cameras) return std::nullopt;
-  const Eigen::Vector3d meeting = sum.ldlt().solve(right);
   double across2 = 0, depth = 0;
   for (const CameraModel& camera : rig.cameras) {
-    const Eigen::Vector3d p = camera.rotation * meeting + camera.translation_mm;
+    const Eigen::Vector3d p = camera.rotation * *meeting + camera.translation_mm;
     across2 += p.head<2>().squaredNorm();
     depth += p.z();
   }
   if (!(depth > 0)) return std::numeric_limits<double>::infinity();
   return std::sqrt(across2 / cameras) / (depth / cameras);
+}
+
+// How much the longer side of the images shows there, in the median. None where axes do not meet.
+std::optional<double> FieldMm(const Rig& rig) {
+  const std::optional<double> spread = Spread(rig);
+  if (!spread || *spread > kMeets) return std::nullopt;
+  const Eigen::Vector3d meeting = *MeetingPoint(rig);
+  std::vector<double> fields;
+  for (const CameraModel& camera : rig.cameras) {
+    const double depth = (camera.rotation * meeting + camera.translation_mm).z();
+    fields.push_back(depth * std::max(camera.width_px / camera.fx_px, camera.height_px / camera.fy_px));
+  }
+  return Median(std::move(fields));
 }
 
 void Invert(CameraModel& camera) {
@@ -107,12 +131,18 @@ absl::Status JudgeUnit(const Rig& rig, std::vector<std::string>& remarks) {
         absl::StrCat("all ", rig.cameras.size(), " cameras are at the same place; has the file no poses?"));
     return absl::OkStatus();
   }
-  if (extent_mm >= kLeastRigMm) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrFormat("all cameras lie within %.3g mm of each other: lengths seem to be in another unit. "
-                      "Give --mm-per-unit, 1000 for "
-                      "metres; --mm-per-unit 1 where they are right",
-                      extent_mm));
+  if (extent_mm < kLeastRigMm)
+    return absl::InvalidArgumentError(
+        absl::StrFormat("all cameras lie within %.3g mm of each other: lengths seem to be in another unit. "
+                        "Give --unit m, cm, in or ft, or --mm-per-unit; --unit mm where they are right",
+                        extent_mm));
+  const std::optional<double> field_mm = FieldMm(rig);
+  if (field_mm && (*field_mm < kLeastFieldMm || *field_mm > kMostFieldMm))
+    remarks.push_back(absl::StrFormat(
+        "where the cameras look at, %.3g mm fill their images: if lengths are in another unit "
+        "than mm, give --unit cm, in, ft or m; --unit mm where they are right",
+        *field_mm));
+  return absl::OkStatus();
 }
 
 absl::Status JudgePrincipalPoints(const Rig& rig, std::vector<std::string>& remarks) {

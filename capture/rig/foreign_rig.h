@@ -31,7 +31,8 @@ void ApplyConvention(const PoseConvention& convention, Rig* rig);
 // - axes that meet three times as closely, in front of the cameras, as world_from_camera or with OpenGL's
 //   axes (`judge_poses`);
 // - a principal point outside the image: the calibration of another size of image.
-// What may be right as well becomes a remark.
+// What may be right as well becomes a remark: cameras that see less than 250 mm where they look at, or more
+// than 50 m (`judge_unit`), and principal points far from the middle.
 struct RigJudgement {
   bool judge_unit = true, judge_poses = true;
 };

@@ -11,16 +11,27 @@
 namespace weft {
 namespace {
 
+// People write matrices with commas, and those of MATLAB with brackets and semicolons.
+constexpr char kBetween[] = " \t,;[]";
+
+// Ids may have a # inside.
+size_t CommentBegin(absl::string_view line) {
+  for (size_t at = line.find('#'); at != absl::string_view::npos; at = line.find('#', at + 1))
+    if (at == 0 || line[at - 1] == ' ' || line[at - 1] == '\t') return at;
+  return absl::string_view::npos;
+}
+
 class KrtReader {
  public:
   KrtReader(std::string_view text, const std::string& source_name)
       : lines_(absl::StrSplit(absl::string_view(text.data(), text.size()), '\n')),
         source_name_(source_name) {}
 
-  // Skips empty lines; false at the end of the text.
+  // Skips empty lines and comments, from # on; false at the end of the text.
   bool NextLine() {
     while (at_ < lines_.size()) {
-      current_ = absl::StripAsciiWhitespace(lines_[at_++]);
+      const absl::string_view line = lines_[at_++];
+      current_ = absl::StripAsciiWhitespace(line.substr(0, CommentBegin(line)));
       if (!current_.empty()) return true;
     }
     return false;
@@ -30,7 +41,8 @@ class KrtReader {
   absl::StatusOr<std::vector<double>> Numbers(const std::string& what, size_t count) {
     if (!NextLine()) return Error(absl::StrCat("the file ends where ", what, " is expected"));
     std::vector<double> out;
-    for (const absl::string_view word : absl::StrSplit(current_, absl::ByAnyChar(" \t"), absl::SkipEmpty())) {
+    for (const absl::string_view word :
+         absl::StrSplit(current_, absl::ByAnyChar(kBetween), absl::SkipEmpty())) {
       double value = 0;
       if (!absl::SimpleAtod(word, &value) || !std::isfinite(value)) {
         return Error(absl::StrCat("\"", word, "\" is not a number (", what, ")"));

@@ -11,6 +11,7 @@
 namespace weft {
 
 // Parses the text of a KRT file; all cameras get the given image size, which the format does not carry.
+// Comments from # on are skipped; numbers may have commas, semicolons and brackets between them.
 // InvalidArgument names `source_name`, the line and what was expected there.
 absl::StatusOr<Rig> ParseKrt(std::string_view text, const std::string& source_name, int width_px,
                              int height_px);

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
 #include "capture/file/name_forms.h"
+#include "capture/take/name_clocks.h"
 
 namespace weft {
 namespace {
@@ -33,17 +34,54 @@ bool IsFraction(std::string_view name) {
   return std::count_if(name.begin(), name.end(), IsDigit) == static_cast<std::ptrdiff_t>(name.size() - 1);
 }
 
-// "t_" of "t_1623840123.45": what stands before a time since 1970.
-std::string_view BeforeTime(std::string_view name) {
-  const size_t first = static_cast<size_t>(std::find_if(name.begin(), name.end(), IsDigit) - name.begin());
-  const std::string_view rest = name.substr(first);
-  return IsFraction(rest) && rest.find('.') >= kDigitsOfTime ? name.substr(0, first) : std::string_view();
+// "t_" of "t_1623840123.45" and "t_0.033": what stands before a fraction, which ends the name.
+std::string_view BeforeFraction(std::string_view name) {
+  const size_t point = name.rfind('.');
+  if (point == std::string_view::npos) return {};
+  size_t begin = point;
+  while (begin > 0 && IsDigit(name[begin - 1])) --begin;
+  return IsFraction(name.substr(begin)) ? name.substr(0, begin) : std::string_view();
+}
+
+size_t DigitsBehindPoint(std::string_view fraction) { return fraction.size() - fraction.find('.') - 1; }
+
+// Not "v1.9" and "v1.10", nor "shot1.001" and "shot1.002".
+bool AreTimes(const std::vector<std::string>& fractions) {
+  constexpr size_t kFewest = 3;
+  const auto whole = [](const std::string& one) { return one.substr(0, one.find('.')); };
+  const size_t digits = DigitsBehindPoint(fractions.front());
+  bool same = digits >= kFewest, differ = false, since_1970 = true;
+  for (const std::string& one : fractions) {
+    same = same && DigitsBehindPoint(one) == digits;
+    differ = differ || whole(one) != whole(fractions.front());
+    since_1970 = since_1970 && whole(one).size() >= kDigitsOfTime;
+  }
+  return since_1970 || (same && differ);
+}
+
+// Nothing where they are none.
+std::optional<NumbersInNames> FindFractions(const std::vector<std::string>& names) {
+  const std::string before(BeforeFraction(names.front()));
+  const bool is_bare =
+      std::all_of(names.begin(), names.end(), [](const auto& name) { return IsFraction(name); });
+  NumbersInNames out{is_bare ? "" : before, "", {}};
+  if (is_bare) {
+    out.numbers = names;
+    return out;
+  }
+  if (before.empty() || before.back() == '.') return std::nullopt;
+  for (const std::string& name : names) {
+    if (BeforeFraction(name) != before) return std::nullopt;
+    out.numbers.push_back(name.substr(before.size()));
+  }
+  if (!AreTimes(out.numbers)) return std::nullopt;
+  return out;
 }
 
 // Fractions as whole numbers, by as many digits as the longest has.
 std::vector<std::string> Scaled(const std::vector<std::string>& names) {
   size_t digits = 0;
-  for (const std::string& name : names) digits = std::max(digits, name.size() - name.find('.') - 1);
+  for (const std::string& name : names) digits = std::max(digits, DigitsBehindPoint(name));
   std::vector<std::string> scaled;
   for (const std::string& name : names) {
     const size_t point = name.find('.');
@@ -56,33 +94,36 @@ std::vector<std::string> Scaled(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::optional<std::vector<int64_t>> FrameNumbers(const std::vector<std::string>& names) {
+std::optional<NumbersInNames> FindNumbers(const std::vector<std::string>& names) {
   if (names.empty()) return std::nullopt;
-  const bool fractions =
-      std::all_of(names.begin(), names.end(), [](const std::string& name) { return IsFraction(name); });
-  if (fractions) return FrameNumbers(Scaled(names));
-  const std::string_view before = BeforeTime(names.front());
-  if (!before.empty() && std::all_of(names.begin(), names.end(), [before](const std::string& name) {
-        return BeforeTime(name) == before;
-      })) {
-    std::vector<std::string> times;
-    for (const std::string& name : names) times.push_back(name.substr(before.size()));
-    return FrameNumbers(times);
-  }
+  if (std::optional<NumbersInNames> fractions = FindFractions(names)) return fractions;
   const NameParts first = PartsOf(names.front());
-  std::vector<int64_t> numbers;
+  NumbersInNames out{std::string(first.before), std::string(first.after), {}};
   for (const std::string& name : names) {
     const NameParts parts = PartsOf(name);
+    if (parts.digits.empty() || parts.before != first.before || parts.after != first.after)
+      return std::nullopt;
+    out.numbers.emplace_back(parts.digits);
+  }
+  return out;
+}
+
+std::optional<std::vector<int64_t>> FrameNumbers(const std::vector<std::string>& names) {
+  const std::optional<NumbersInNames> found = FindNumbers(names);
+  if (!found) return std::nullopt;
+  std::vector<int64_t> numbers;
+  const bool fractions = IsFraction(found->numbers.front());
+  for (const std::string& text : fractions ? Scaled(found->numbers) : found->numbers) {
     int64_t number = 0;
-    const bool alike = parts.before == first.before && parts.after == first.after;
-    if (!alike || !absl::SimpleAtoi(std::string(parts.digits), &number)) return std::nullopt;
+    if (!absl::SimpleAtoi(text, &number)) return std::nullopt;
     numbers.push_back(number);
   }
   return numbers;
 }
 
 FrameSteps::FrameSteps(const std::vector<std::string>& names) {
-  const std::optional<std::vector<int64_t>> numbers = FrameNumbers(names);
+  const std::optional<NameClocks> clocks = ClocksInNames(names);
+  const auto numbers = clocks ? std::optional(clocks->times_ns) : FrameNumbers(names);
   if (!numbers || numbers->size() < 2) return;
   std::vector<int64_t> steps;
   for (size_t i = 1; i < numbers->size(); ++i) steps.push_back((*numbers)[i] - (*numbers)[i - 1]);

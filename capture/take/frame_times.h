@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -17,10 +18,25 @@ struct FrameTimes {
   std::string words;  // "times in ns since 1970, usually 33.333 ms apart"
 };
 
-// Names are times where they say so: s, ms, us or ns since 1970, as their size tells; seconds with a
-// fraction; regular steps of 2 ms to 1.1 s in us or ns; and regular steps in ms, us or ns that fit `fps` (0:
-// not known). Small numbers are numbers of frames. Nothing where names are no times. InvalidArgument: times
-// whose period does not fit `fps`.
-absl::StatusOr<std::optional<FrameTimes>> TimesInNames(const std::vector<std::string>& names, double fps);
+// What the numbers in names of frames are.
+enum class NameMeaning { kAuto, kNumbers, kSeconds, kMilliseconds, kMicroseconds, kNanoseconds, kClock };
+
+// "auto", "numbers", "s", "ms", "us", "ns", "clock"; InvalidArgument: another name, with the list of them.
+absl::StatusOr<NameMeaning> NameMeaningFromName(std::string_view name);
+
+// Names that differ in one number or clock alone. With kAuto they are times where they say so:
+// - clocks (ClocksInNames);
+// - s, ms, us or ns since 1970, as their size tells; seconds with a fraction;
+// - steps of 2 ms to 1.1 s in us or ns, which are regular, or whose numbers are beyond a film's;
+// - regular steps in ms, us or ns that fit `fps` (0: not known);
+// - uneven steps in ms, as rounding makes them, that fit a rate of films and cameras.
+// Small numbers are numbers of frames. Nothing where names are no times, or kNumbers. InvalidArgument: times
+// whose period does not fit `fps`; clocks that go over midnight; names that are not as `meaning` says.
+absl::StatusOr<std::optional<FrameTimes>> TimesInNames(const std::vector<std::string>& names, double fps,
+                                                       NameMeaning meaning = NameMeaning::kAuto);
+
+// Of names that are taken as numbers of frames: what is to be said where they may be times as well, with the
+// remedy; else empty.
+std::string DoubtOfNumbers(const std::vector<std::string>& names);
 
 }  // namespace weft

@@ -14,6 +14,7 @@
 #include "capture/rig/camera_match.h"
 #include "capture/take/image_layout.h"
 #include "capture/take/picture_choice.h"
+#include "capture/take/picture_copies.h"
 #include "capture/take/picture_names.h"
 
 namespace weft {
@@ -30,7 +31,7 @@ struct Picture {
 struct Found {
   std::vector<Picture> pictures;
   std::vector<std::string> unfit, foreign_files, foreign_folders, empty_folders, closed_folders, loose,
-      unread;
+      unread, copies;
   std::set<std::string> decomposed;  // names
 };
 
@@ -131,6 +132,32 @@ std::string ComplainOfNames(const std::vector<std::string>& paths) {
 
 std::string Counted(size_t count, const char* one, const char* many) {
   return absl::StrCat(count, " ", count == 1 ? one : many);
+}
+
+// "c01 (1)" beside "c01", of pictures in a folder and of folders.
+void LeaveOutCopies(Found& found) {
+  std::set<std::pair<std::string, std::string>> names;
+  std::set<std::string> folders;
+  for (const Picture& picture : found.pictures) {
+    names.emplace(picture.folder, picture.stem);
+    folders.insert(picture.folder);
+  }
+  std::erase_if(found.pictures, [&](const Picture& picture) {
+    const bool is_copy = folders.contains(OriginalOfCopy(picture.folder)) ||
+                         names.contains({picture.folder, OriginalOfCopy(picture.stem)});
+    if (is_copy) found.copies.push_back(absl::StrCat(picture.folder, "/", picture.stem));
+    return is_copy;
+  });
+}
+
+// Pictures of a folder c01 that are named c01_0007. Where all do so, and no camera of the rig is called so.
+void ShortenNames(const KnownCameras& known, Found& found) {
+  std::vector<std::string> shorter;
+  for (const Picture& picture : found.pictures) {
+    shorter.push_back(NameWithoutFolder(picture.stem, picture.folder));
+    if (shorter.back().empty() || known.names.Find(picture.stem) >= 0) return;
+  }
+  for (size_t i = 0; i < shorter.size(); ++i) found.pictures[i].stem = shorter[i];
 }
 
 // The camera of <dump>/cam<camera>/image<frame>.png, empty for other files.
@@ -326,6 +353,10 @@ void NoteLeftOut(const Found& found, std::vector<std::string>& notes) {
     notes.push_back(absl::StrCat(Counted(found.unread.size(), "picture is", "pictures are"),
                                  " not read, being unfinished or of another kind than PNG, JPEG and TIFF: ",
                                  FirstNames(found.unread), "; convert them"));
+  if (!found.copies.empty())
+    notes.push_back(
+        absl::StrCat(Counted(found.copies.size(), "picture is a copy", "pictures are copies"),
+                     " by the name, beside the original, and left out: ", FirstNames(found.copies)));
   if (!found.closed_folders.empty())
     notes.push_back(absl::StrCat("folders that cannot be listed (permissions?) are left out: ",
                                  FirstNames(found.closed_folders)));
@@ -341,8 +372,10 @@ void NoteLeftOut(const Found& found, std::vector<std::string>& notes) {
 
 absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig,
                                             UnfitNames unfit_names) {
-  const absl::StatusOr<Found> found = LookThrough(folder);
+  absl::StatusOr<Found> found = LookThrough(folder);
   if (!found.ok()) return found.status();
+  LeaveOutCopies(*found);
+  ShortenNames(KnownCameras(rig), *found);
   if (!found->unfit.empty() && unfit_names == UnfitNames::kRefuse)
     return absl::InvalidArgumentError(ComplainOfNames(found->unfit));
   ImageFolder listing;

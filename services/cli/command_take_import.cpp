@@ -29,7 +29,7 @@ namespace {
 
 struct ImportCommandOptions {
   std::vector<std::string> sources, cameras, offsets, ltc;
-  std::string out, mosaic, sync = "auto";
+  std::string out, mosaic, sync = "auto", names = "auto";
   VideoImportOptions video;
   std::string slate, name, notes;
   double fps = 0;
@@ -62,6 +62,9 @@ absl::Status ImportFolder(const ImportCommandOptions& options, bool quiet) {
   const auto mosaic = MosaicOf(options);
   if (!mosaic.ok()) return mosaic.status();
   copy.mosaic = *mosaic;
+  const absl::StatusOr<NameMeaning> names = NameMeaningFromName(options.names);
+  if (!names.ok()) return absl::InvalidArgumentError(absl::StrCat("--", names.status().message()));
+  copy.names = *names;
   Progress bar("import", 0, ProgressVisible(quiet));
   const absl::StatusOr<ImportedImages> imported =
       ImportImages(options.sources.front(), options.out, copy,
@@ -83,7 +86,8 @@ absl::StatusOr<std::pair<std::string, std::string>> NameAndText(const char* opti
 }
 
 absl::StatusOr<VideoImportOptions> VideoOptionsOf(const ImportCommandOptions& options) {
-  if (options.fps != 0) return absl::InvalidArgumentError("--fps is for images; videos say their times");
+  if (options.fps != 0 || options.names != "auto")
+    return absl::InvalidArgumentError("--fps and --names are for images; videos say their times");
   VideoImportOptions video = options.video;
   for (const std::string& path : options.sources)
     video.videos.push_back({std::filesystem::path(path).stem().string(), path});
@@ -230,6 +234,11 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
           "Frames per second of images, for the times of the frames; 0: no times but those in the names "
           "of frames")
       ->type_name("N");
+  command
+      ->add_option("--names", options->names,
+                   "What the names of frames are: numbers; times in s, ms, us or ns; clock (101502033 or "
+                   "2021-06-16_10-15-02.033); auto: as their steps and --fps tell, which is said")
+      ->type_name("KIND");
   command->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
       ->type_name("ORDER");
   AddVideoOptions(*command, *options);

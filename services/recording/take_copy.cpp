@@ -17,6 +17,7 @@
 #include "capture/take/frame_number.h"
 #include "capture/take/frame_times.h"
 #include "capture/take/image_folder.h"
+#include "capture/take/picture_sizes.h"
 #include "capture/take/recorded_take.h"
 #include "services/files/atomic_file.h"
 #include "services/recording/clock_log.h"
@@ -110,19 +111,22 @@ std::vector<uint64_t> NumbersOf(const std::vector<std::string>& names, std::vect
   return numbers;
 }
 
-absl::StatusOr<std::vector<Place>> PlacesOf(const ImageFolder& folder, double fps,
+absl::StatusOr<std::vector<Place>> PlacesOf(const ImageFolder& folder, const TakeCopyOptions& options,
                                             std::vector<std::string>& notes) {
+  const double fps = options.fps;
   std::vector<std::string> names;
   for (const auto& [name, files] : folder.frames) names.push_back(name);
-  const absl::StatusOr<std::optional<FrameTimes>> times = TimesInNames(names, fps);
+  const absl::StatusOr<std::optional<FrameTimes>> times = TimesInNames(names, fps, options.names);
   if (!times.ok()) return times.status();
   std::vector<Place> places(names.size());
   if (*times) {
-    notes.push_back(
-        absl::StrCat("the names of the frames are ", (*times)->words, "; sets have them as their times"));
+    notes.push_back(absl::StrCat("the names of the frames are ", (*times)->words,
+                                 "; sets have them as their times; --names numbers takes them as numbers"));
     for (size_t i = 0; i < names.size(); ++i) places[i] = {(*times)->numbers[i], (*times)->times_ns[i]};
     return places;
   }
+  if (std::string doubt = DoubtOfNumbers(names); options.names == NameMeaning::kAuto && !doubt.empty())
+    notes.push_back(std::move(doubt));
   const std::vector<uint64_t> numbers = NumbersOf(names, notes);
   constexpr double kMost_ns = 9.2e18;  // of 64 bits
   for (size_t i = 0; i < names.size(); ++i) {
@@ -137,16 +141,20 @@ absl::StatusOr<std::vector<Place>> PlacesOf(const ImageFolder& folder, double fp
   return places;
 }
 
-// All cameras' images of a frame.
+// All cameras' images of a frame; those that are odd are missing.
 RawFrameSet ReadSet(const std::map<std::string, std::string>& files, const std::set<std::string>& ids,
-                    const Place& place, const std::optional<PixelFormat>& mosaic) {
+                    const Place& place, const OddPictures& odd, const std::optional<PixelFormat>& mosaic) {
   RawFrameSet set;
   set.number = place.number;
   set.device_time_ns = place.time_ns;
   for (const std::string& id : ids) {
     const auto file = files.find(id);
     absl::StatusOr<Frame> frame = absl::NotFoundError("no image in the dump");
-    if (file != files.end()) frame = ReadImageFile(file->second, mosaic);
+    if (file != files.end()) {
+      const auto why = odd.why.find(file->second);
+      frame = why == odd.why.end() ? ReadImageFile(file->second, mosaic)
+                                   : absl::StatusOr<Frame>(absl::InvalidArgumentError(why->second));
+    }
     absl::StatusOr<RawFrame> raw = frame.ok() ? ToRawFrame(*frame) : absl::StatusOr<RawFrame>(frame.status());
     if (!raw.ok()) {
       set.missing.push_back({id, std::string(raw.status().message())});
@@ -177,7 +185,10 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   }
   ImportedImages imported;
   imported.notes = folder->notes;
-  const absl::StatusOr<std::vector<Place>> places = PlacesOf(*folder, options.fps, imported.notes);
+  const absl::StatusOr<OddPictures> odd = FindOddPictures(*folder);
+  if (!odd.ok()) return absl::Status(odd.status().code(), absl::StrCat(images, ": ", odd.status().message()));
+  imported.notes.insert(imported.notes.end(), odd->notes.begin(), odd->notes.end());
+  const absl::StatusOr<std::vector<Place>> places = PlacesOf(*folder, options, imported.notes);
   if (!places.ok()) return places.status();
   v1::Take take = NewTake(absl::StrCat("images of ", fs::path(images).filename().string()));
   for (const std::string& id : ids) {
@@ -190,7 +201,7 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   for (const std::string& note : imported.notes) copy->Note(note);
   uint64_t done = 0;
   for (const auto& [name, files] : folder->frames) {
-    if (!copy->Add(ReadSet(files, ids, (*places)[done], options.mosaic))) break;
+    if (!copy->Add(ReadSet(files, ids, (*places)[done], *odd, options.mosaic))) break;
     ++done;
     if (progress) progress(done, folder->frames.size());
   }

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/image/frame.h"
+#include "capture/take/frame_times.h"
 #include "capture/take/take_view.h"
 #include "services/recording/recorder.h"
 
@@ -22,6 +23,7 @@ struct TakeCopyOptions {
   RecorderOptions recorder;
   std::optional<PixelFormat> mosaic;  // of grey images
   double fps = 0;                     // images carry no time; at 0 their device times stay 0
+  NameMeaning names = NameMeaning::kAuto;
 };
 
 struct ImportedImages {
@@ -31,9 +33,10 @@ struct ImportedImages {
 
 // A folder of images (ListImageFolder) becomes a take, bit by bit: 8-bit pixels as they are decoded from the
 // files. A frame whose name has a number keeps it, and names that are times (TimesInNames) give the times of
-// the sets. Images that cannot be read are missing, with the reason. Notes stand in the ledger, too. Errors
-// of ListImageFolder and TimesInNames; InvalidArgument: a rate at which a number is beyond the times of a
-// take.
+// the sets. Images that cannot be read, or have another size than most of their camera, are missing, with the
+// reason. Notes stand in the ledger, too. Errors
+// of ListImageFolder, FindOddPictures and TimesInNames; InvalidArgument: a rate at which a number is beyond
+// the times of a take.
 absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
                                             const TakeCopyOptions& options,
                                             const CopyProgress& progress = nullptr);

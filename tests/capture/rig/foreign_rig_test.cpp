@@ -121,5 +121,24 @@ TEST(JudgeRig, PrincipalPointsBelongToTheSizeOfTheImage) {
   EXPECT_THAT(foreign.remarks[0], HasSubstr("24 % of the width and 25 % of the height"));
 }
 
+TEST(JudgeRig, SmallUnitsOfAStudioAreSaid) {
+  for (const double mm : {10.0, 25.4}) {  // cm and inches, taken as mm
+    Rig rig = Studio();
+    ApplyConvention({.mm_per_unit = 1 / mm}, &rig);
+    ForeignRig foreign;
+    EXPECT_EQ(Judged(rig, &foreign), "");
+    ASSERT_THAT(foreign.remarks, SizeIs(1)) << mm;
+    EXPECT_THAT(foreign.remarks[0], HasSubstr("fill their images: if lengths are in another unit"));
+    ForeignRig as_told{rig, {}};
+    EXPECT_TRUE(JudgeRig({.judge_unit = false}, &as_told).ok());
+    EXPECT_THAT(as_told.remarks, IsEmpty());
+  }
+  Rig large = Studio();
+  ApplyConvention({.mm_per_unit = 1000}, &large);
+  ForeignRig foreign;
+  EXPECT_EQ(Judged(large, &foreign), "");
+  EXPECT_THAT(foreign.remarks, SizeIs(1));
+}
+
 }  // namespace
 }  // namespace weft

@@ -74,5 +74,19 @@ TEST(ParseKrt, RejectsEmptyTextAndPathsAsIds) {
   EXPECT_FALSE(ParseKrt("../../etc\n", "KRT", 10, 10).ok());
 }
 
+TEST(Krt, MayHaveCommentsAndCommas) {
+  const auto rig = ParseKrt(
+      "# made by hand\ncam#1  # front\n4000, 0, 1185\n[0 4001 2049;\n  # K ends\n0 0 1]\n"
+      "-0.1,0.2,0,0,0\n1 0 0 10\n0\t1,0 20\n0 0 1 3000 # mm\n",
+      "KRT", 2668, 4096);
+  ASSERT_TRUE(rig.ok()) << rig.status();
+  EXPECT_EQ(rig->cameras[0].id, "cam#1");
+  EXPECT_EQ(rig->cameras[0].fy_px, 4001);
+  EXPECT_EQ(rig->cameras[0].translation_mm, Eigen::Vector3d(10, 20, 3000));
+  // A decimal comma makes a number too many.
+  EXPECT_THAT(std::string(ParseKrt("a\n4000,5 0 1185\n", "KRT", 9, 9).status().message()),
+              HasSubstr("has 4 numbers, expected 3"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -168,6 +168,18 @@ TEST(RigExchange, ColmapsPathsNameTheCamera) {
   EXPECT_THAT(ids("cam400002/image0000.png", "cam400004/image0000.png"), ElementsAre("400002", "400004"));
   EXPECT_THAT(ids("a b.png", "c d.png"), ElementsAre("a b", "c d"));
   EXPECT_THAT(ids("take/left\\1.png", "take/right\\1.png"), ElementsAre("left", "right"));
+  EXPECT_THAT(ids("cam1/images/0001.png", "cam2/images/0001.png"), ElementsAre("cam1", "cam2"));
+  const auto one = [](const std::string& path) {
+    return IdsOf(ParseColmapText(kFourLenses, "1 1 0 0 0 0 0 5 1 " + path + "\n", "sparse"));
+  };
+  EXPECT_THAT(one("cam1/0001.png"), ElementsAre("cam1"));
+  EXPECT_THAT(one("images/0001.png"), ElementsAre("0001"));
+  EXPECT_THAT(one("0001/cam1.png"), ElementsAre("cam1"));
+  const auto several = ParseColmapText(
+      kFourLenses, "1 1 0 0 0 0 0 5 1 a/1.png\n2 1 0 0 0 9 0 5 2 a/2.png\n3 1 0 0 0 9 9 5 3 b/3.png\n",
+      "sparse");
+  EXPECT_THAT(IdsOf(several), ElementsAre("1", "2", "3"));
+  EXPECT_THAT(several->remarks, testing::Contains(HasSubstr("images lie in 2 folders")));
 }
 
 TEST(RigExchange, ColmapLensesAreReadOrNamed) {

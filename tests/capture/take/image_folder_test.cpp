@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "capture/image/image_file.h"
+#include "capture/take/picture_copies.h"
 #include "capture/take/picture_names.h"
+#include "capture/take/picture_sizes.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -252,6 +254,64 @@ TEST(ImageFolder, SaysThatPicturesAreNotTurned) {
   EXPECT_THAT(ListImageFolder(dump.path())->notes,
               ElementsAre(HasSubstr(
                   "pictures of c00 say that they are to be shown rotated by 90 degrees clockwise")));
+}
+
+TEST(PictureCopies, AreKnownByTheNamesThatProgramsGive) {
+  for (const char* name : {"c01 (1)", "c01(12)", "c01 - Copy", "c01 - Copy (2)", "c01 copy", "c01 copy 2",
+                           "c01_copy", "Copy of c01", "c01 - Kopie"})
+    EXPECT_EQ(OriginalOfCopy(name), "c01") << name;
+  for (const char* name : {"c01", "c01 1", "(1)", "c (a)", "copy", "photocopy", "c01 ()", ""})
+    EXPECT_EQ(OriginalOfCopy(name), "") << name;
+}
+
+TEST(ImageFolder, LeavesOutCopiesBesideTheirOriginals) {
+  const TempFolder temp;
+  for (const char* name :
+       {"0000/c00", "0000/c00 (1)", "0000/c01", "0001/c00", "0001/c01", "0001/c01 - Copy", "0001 (1)/c00"})
+    WritePicture(temp / (std::string(name) + ".png"));
+  const auto listing = ListImageFolder(temp.path());
+  ASSERT_TRUE(listing.ok()) << listing.status();
+  EXPECT_THAT(Listed(*listing), ElementsAre("0000/c00", "0000/c01", "0001/c00", "0001/c01"));
+  EXPECT_THAT(listing->notes, ElementsAre(HasSubstr("3 pictures are copies by the name, beside the original, "
+                                                    "and left out: ")));
+}
+
+TEST(ImageFolder, NamesMayRepeatThatOfTheirFolder) {
+  const TempFolder temp;
+  for (const char* name : {"c00/c00_0007", "c00/c00_0008", "c01/c01_0007", "c01/c01_0008"})
+    WritePicture(temp / "cameras" + ("/" + std::string(name) + ".png"));
+  for (const char* name : {"0007/c00-0007", "0008/c00-0008", "0007/c01-0007", "0008/c01-0008"})
+    WritePicture(temp / "frames" + ("/" + std::string(name) + ".png"));
+  for (const char* dump : {"cameras", "frames"}) {
+    const auto listing = ListImageFolder(temp / dump);
+    ASSERT_TRUE(listing.ok()) << listing.status();
+    EXPECT_THAT(Listed(*listing), ElementsAre("0007/c00", "0007/c01", "0008/c00", "0008/c01")) << dump;
+  }
+  const Rig rig = RigOf({"c00-0007", "c01-0007"});
+  const auto listing = ListImageFolder(temp / "frames", &rig);
+  ASSERT_TRUE(listing.ok()) << listing.status();
+  EXPECT_THAT(Listed(*listing), testing::Contains("0007/c00-0007"));
+}
+
+TEST(PictureSizes, OfOneAmongManyAreOdd) {
+  const TempFolder temp;
+  for (int frame = 0; frame < 5; ++frame) {
+    const std::string folder = temp / ("000" + std::to_string(frame));
+    WritePicture(folder + "/c00.png", 16, 12);
+    WritePicture(folder + "/c01.png", frame == 3 ? 12 : 16, frame == 3 ? 16 : 12);
+    WritePicture(folder + "/c02.png", 32, 24);
+  }
+  const auto odd = FindOddPictures(*ListImageFolder(temp.path()));
+  ASSERT_TRUE(odd.ok()) << odd.status();
+  EXPECT_THAT(odd->notes, ElementsAre("camera c01: its pictures are 16x12 pixels, and those of another size "
+                                      "are missing: 12x16 (0003)"));
+  EXPECT_THAT(odd->why,
+              ElementsAre(Pair(temp / "0003/c01.png", "is 12x16 pixels, most pictures of c01 are 16x12")));
+  WritePicture(temp / "0004/c01.png", 8, 6);
+  const auto refused = FindOddPictures(*ListImageFolder(temp.path()));
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.status().message()),
+              HasSubstr("16x12 (0000, 0001, 0002) and 8x6 (0004), 12x16 (0003)"));
 }
 
 }  // namespace

@@ -251,5 +251,39 @@ TEST(DiskSpeed, MeasuresAndLeavesNothingBehind) {
   EXPECT_FALSE(MeasureDiskSpeed(temp / "nowhere", 1).ok());
 }
 
+TEST(TakeCopy, PicturesOfAnotherSizeAreMissingAndNamed) {
+  const TempFolder temp;
+  std::vector<std::string> paths;
+  for (const char* frame : {"0000", "0001", "0002", "0003"}) paths.push_back(std::string(frame) + "/c00.png");
+  WritePictures(temp / "images", paths);
+  Frame other;
+  other.width_px = 3, other.height_px = 5;
+  other.pixels = std::make_shared<const std::vector<uint8_t>>(15, uint8_t{7});
+  ASSERT_TRUE(WriteImageFile(temp / "images/0002/c00.png", other).ok());
+  const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_THAT(imported->notes, ElementsAre(HasSubstr("missing: 3x5 (0002)")));
+  const auto take = RecordedTake::Open(temp / "take");
+  EXPECT_TRUE((*take)->ReadRaw(1, 0).ok());
+  EXPECT_THAT(std::string((*take)->ReadRaw(2, 0).status().message()),
+              HasSubstr("is 3x5 pixels, most pictures"));
+}
+
+TEST(TakeCopy, NumbersThatMayBeTimesAreSaidAndTaken) {
+  const TempFolder temp;
+  WritePictures(temp / "images", {"000040/c00.png", "000080/c00.png", "000120/c00.png"});
+  const auto numbers = ImportImages(temp / "images", temp / "numbers", SmallCopy());
+  ASSERT_TRUE(numbers.ok()) << numbers.status();
+  EXPECT_THAT(numbers->notes, ElementsAre(HasSubstr("--names s, ms, us, ns or clock")));
+  EXPECT_EQ(SetsOf(temp / "numbers")[1].first, 80u);
+  TakeCopyOptions options = SmallCopy();
+  options.names = NameMeaning::kMilliseconds;
+  const auto times = ImportImages(temp / "images", temp / "times", options);
+  ASSERT_TRUE(times.ok()) << times.status();
+  EXPECT_THAT(times->notes, ElementsAre(HasSubstr("times in ms")));
+  EXPECT_EQ(SetsOf(temp / "times")[1].first, 1u);
+  EXPECT_EQ(SetsOf(temp / "times")[1].second, 80'000'000);
+}
+
 }  // namespace
 }  // namespace weft
