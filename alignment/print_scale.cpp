@@ -151,17 +151,8 @@ PrintScale MeasurePrintScale(const std::vector<NodeEdge>& edges, double cell_mm)
   return scale;
 }
 
-std::span<const MeshUnit> MeshUnits() {
-  static constexpr std::array<MeshUnit, 5> kUnits = {{{"mm", "millimetres", 1},
-                                                      {"cm", "centimetres", 10},
-                                                      {"m", "metres", 1000},
-                                                      {"in", "inches", 25.4},
-                                                      {"ft", "feet", 304.8}}};
-  return kUnits;
-}
-
-std::optional<MeshUnit> UnitOfScale(double scale) {
-  for (const MeshUnit& unit : MeshUnits().subspan(1))
+std::optional<LengthUnit> UnitOfScale(double scale) {
+  for (const LengthUnit& unit : LengthUnits().subspan(1))
     if (std::abs(scale * unit.mm - 1) < kUnitSlack) return unit;
   return std::nullopt;
 }

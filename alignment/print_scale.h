@@ -3,14 +3,13 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/string_view.h"
 #include "alignment/mesh.h"
 #include "alignment/template.h"
+#include "base/length_unit.h"
 #include "pattern/board/board.h"
 
 namespace weft {
@@ -53,15 +52,8 @@ double MedianLengthPerCell(const std::vector<NodeEdge>& edges);  // 0 of none
 // Of edges between nodes that are not apart. `cell_mm` 0 or less: unknown.
 PrintScale MeasurePrintScale(const std::vector<NodeEdge>& edges, double cell_mm);
 
-// A unit of length, as --unit names it.
-struct MeshUnit {
-  absl::string_view name;    // "m"
-  absl::string_view plural;  // "metres"
-  double mm;
-};
-std::span<const MeshUnit> MeshUnits();  // mm first
 // The unit, other than mm, whose numbers are such a share of those in mm; within a tenth.
-std::optional<MeshUnit> UnitOfScale(double scale);
+std::optional<LengthUnit> UnitOfScale(double scale);
 
 // "edges are 1.100 times as long as the print", or along an axis. Empty up to kScaleSaid, and where the scale
 // is unknown.

@@ -32,6 +32,7 @@
 #include "services/pcd/scan_file.h"
 #include "services/pipeline/stage_reports.h"
 #include "services/process/exit_status.h"
+#include "services/verdict/limits.h"
 #include "weft/v1/command.pb.h"
 
 namespace weft {
@@ -163,6 +164,23 @@ void WarnOfPlaces(const AlignCommandOptions& options, const AlignResult& result)
   }
 }
 
+// Points of a scan that lies elsewhere meet the cloth by chance: few of them, or at any distance. Limits are
+// those of registrations.
+void WarnOfScan(const std::string& path, const v1::ScanReport& scan) {
+  const double found = scan.points() > 0 ? 100.0 * scan.found() / scan.points() : 0;
+  const bool is_near = scan.median_distance_mm() <= kRegisterScanDistance.good;
+  if (found >= kRegisterScanPoints.good && is_near) return;
+  const std::string how =
+      scan.found() == 0
+          ? "no point of it lies on the cloth, so it says nothing"
+          : absl::StrFormat(
+                "%d of its %d points found the cloth (%.2g %%), %.2f mm from it in the median, as "
+                "they do by chance where a scan lies elsewhere",
+                scan.found(), scan.points(), found, scan.median_distance_mm());
+  PrintWarning(
+      absl::StrCat(path, ": ", how, "; is it in mm, in the rig's world with its axes, and of this moment?"));
+}
+
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::StatusOr<CommandPipeline> pipeline =
       MakeCommandPipeline(options.preset, options.pipeline, {"alignment"});
@@ -206,11 +224,7 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   report.set_self_intersections(SelfIntersections(*result, *garment, pipeline->options.alignment));
   report.set_align_ms(align_ms);
   *report.mutable_options() = pipeline->message;
-  if (!options.scan.empty() && result->scan.found == 0) {
-    PrintWarning(absl::StrCat(options.scan,
-                              ": no point of it lies on the cloth, so it says nothing; is it in mm, in ",
-                              "the rig's world, and of this moment?"));
-  }
+  if (!options.scan.empty()) WarnOfScan(options.scan, report.mesh().scan());
   if (!options.json) {
     PrintReport(report);
     return absl::OkStatus();

@@ -9,6 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/length_unit.h"
 #include "base/nearest_word.h"
 #include "services/cli/output_guard.h"
 
@@ -59,6 +60,17 @@ CLI::Validator OneOf(std::vector<std::string> names) {
             if (std::find(names.begin(), names.end(), value) != names.end()) return std::string();
             return absl::StrCat("\"", value, "\" is none of ", absl::StrJoin(names, ", "),
                                 DidYouMean(value, names));
+          },
+          absl::StrCat("{", listed, "}")};
+}
+
+CLI::Validator OneLengthUnit() {
+  std::vector<std::string> names;
+  for (const LengthUnit& unit : LengthUnits()) names.emplace_back(unit.name);
+  const std::string listed = absl::StrJoin(names, ",");
+  return {[names = std::move(names)](std::string& value) {
+            if (LengthUnitNamed(value)) return std::string();
+            return absl::StrCat("\"", value, "\" is none of ", absl::StrJoin(names, ", "));
           },
           absl::StrCat("{", listed, "}")};
 }

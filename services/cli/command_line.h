@@ -35,6 +35,9 @@ CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& 
 // Of a value that is one of `names`. Refuses others, with the name that is nearest.
 CLI::Validator OneOf(std::vector<std::string> names);
 
+// A unit that LengthUnitNamed knows; its names are listed.
+CLI::Validator OneLengthUnit();
+
 // --server, by WEFT_SERVER where it is not given.
 CLI::Option* AddServerOption(CLI::App& command, std::string& server, const std::string& description);
 

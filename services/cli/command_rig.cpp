@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/length_unit.h"
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
 #include "capture/rig/krt.h"
@@ -28,6 +29,7 @@ struct RigImportOptions {
   int width_px = 0;
   int height_px = 0;
   double mm_per_unit = 1;
+  std::string unit;
   std::string poses;
   bool judge_unit = true;
   std::string id;
@@ -86,7 +88,9 @@ absl::Status ImportRig(const RigImportOptions& options) {
   absl::StatusOr<ForeignRig> foreign = ReadForeignRig(options);
   if (!foreign.ok()) return foreign.status();
   const std::string from = SourceOf(options);
-  ApplyConvention({options.mm_per_unit, options.poses == kWorldFromCamera}, &foreign->rig);
+  const double mm_per_unit =
+      options.unit.empty() ? options.mm_per_unit : LengthUnitNamed(options.unit).value().mm;
+  ApplyConvention({mm_per_unit, options.poses == kWorldFromCamera}, &foreign->rig);
   absl::Status status =
       JudgeRig({.judge_unit = options.judge_unit, .judge_poses = options.poses.empty()}, &*foreign);
   if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
@@ -114,7 +118,7 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
       "cameras.txt and images.txt. Fisheye lenses are fitted by Weft's.",
       "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
       "  weft rig import --opencv cameras.yml --out rig.json\n"
-      "  weft rig import --colmap sparse --mm-per-unit 1000 --out rig.json");
+      "  weft rig import --colmap sparse --unit m --out rig.json");
   auto options = std::make_shared<RigImportOptions>();
   CLI::Option_group* from = command->add_option_group("From", "One of them");
   from->add_option("--krt", options->krt, "A KRT file")->type_name("FILE");
@@ -136,6 +140,11 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
               "as mm, and a rig that is smaller than a camera is refused")
           ->type_name("MM")
           ->check(CLI::Range(1e-6, 1e9));
+  CLI::Option* unit_name =
+      command->add_option("--unit", options->unit, "The same by the name of the unit: mm, cm, m, in or ft")
+          ->type_name("UNIT")
+          ->check(OneLengthUnit())
+          ->excludes(unit);
   command
       ->add_option(
           "--poses", options->poses,
@@ -146,8 +155,8 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
   options->guard.AddTo(*command);
-  command->callback([options, unit, &line] {
-    options->judge_unit = unit->count() == 0;
+  command->callback([options, unit, unit_name, &line] {
+    options->judge_unit = unit->count() == 0 && unit_name->count() == 0;
     line.run = [options] { return ImportRig(*options); };
   });
 }

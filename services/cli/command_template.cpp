@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "alignment/template_check.h"
+#include "base/length_unit.h"
 #include "services/cli/commands.h"
 #include "services/cli/output_guard.h"
 #include "services/cli/template_summary.h"
@@ -109,9 +110,7 @@ absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& op
 absl::StatusOr<TriangleMesh> ReadMeshInMm(const TemplateImportOptions& options) {
   absl::StatusOr<TriangleMesh> mesh = ReadForeignMesh(options.mesh);
   if (!mesh.ok()) return mesh;
-  for (const MeshUnit& unit : MeshUnits())
-    if (options.unit == unit.name)
-      for (Eigen::Vector3d& v : mesh->vertices_mm) v *= unit.mm;
+  for (Eigen::Vector3d& v : mesh->vertices_mm) v *= LengthUnitNamed(options.unit).value().mm;
   return mesh;
 }
 
@@ -174,12 +173,10 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
 }
 
 void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
-  std::vector<std::string> units;
-  for (const MeshUnit& unit : MeshUnits()) units.emplace_back(unit.name);
   command.add_option("--unit", options.unit, "Unit of the mesh's coordinates")
       ->type_name("UNIT")
       ->capture_default_str()
-      ->check(CLI::IsMember(units));
+      ->check(OneLengthUnit());
   command.add_flag("--allow-scale", options.allow_scale,
                    "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
   command.add_flag(

@@ -89,7 +89,10 @@ absl::Status MatchTruth(EvaluationInputs& inputs) {
   if (!truth.ok()) return truth.status();
   if (HaveSameVertices(*inputs.garment, *truth)) return absl::OkStatus();
   absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, *truth);
-  if (!by_node.ok()) return by_node.status();
+  if (!by_node.ok())
+    return absl::Status(by_node.status().code(),
+                        absl::StrCat(inputs.truth, ": ", by_node.status().message(),
+                                     "; give the truth of the take that was registered"));
   inputs.remarks.push_back(
       {"vertex error, exact drift",
        absl::StrCat("the result's template is not that of ", of_truth.string(),

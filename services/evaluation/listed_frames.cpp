@@ -48,6 +48,17 @@ absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& resul
   return names;
 }
 
+// Why a truth with frames has none for this result.
+absl::Status OfOtherFrames(const std::string& truth, const std::vector<std::string>& names,
+                           const std::string& result, const v1::Job& job) {
+  const std::string wanted = job.first_frame().empty()
+                                 ? "those"
+                                 : absl::StrCat("the frames ", job.first_frame(), " to ", job.last_frame());
+  return absl::FailedPreconditionError(absl::StrCat(truth, ": has the frames ", names.front(), " to ",
+                                                    names.back(), ", and none of ", wanted, " of ", result,
+                                                    "; give the truth of the take that was registered"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, const std::string& truth,
@@ -66,17 +77,24 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
       in_dump[dump->frame_names()[i]] = static_cast<int>(i);
   const FrameSteps steps(dump != nullptr ? dump->frame_names() : *names);
   std::vector<ListedFrame> frames;
+  bool any_registered = false;
+  std::error_code error;
   for (size_t i = 0; i < names->size(); ++i) {
     const std::string& name = (*names)[i];
     const auto at = in_dump.find(name);
     const int dump_index = at != in_dump.end() ? at->second : -1;
     const int64_t place = dump_index >= 0 ? dump_index : static_cast<int64_t>(i);
-    if (knows_job && !WasAskedFor(job, name, place) && !HoldsAnyFile(fs::path(result) / name)) continue;
+    const bool is_registered = HoldsAnyFile(fs::path(result) / name);
+    if (knows_job && !WasAskedFor(job, name, place) && !is_registered) continue;
+    any_registered |= is_registered;
     const bool has_time = dump_index >= 0 && static_cast<size_t>(dump_index) < times.positions.size();
     const int64_t position =
         has_time ? times.positions[dump_index] : steps.Between(0, static_cast<size_t>(place));
     frames.push_back({name, position, dump_index});
   }
+  const bool is_of_others = !truth.empty() && !any_registered && fs::is_directory(result, error);
+  if (is_of_others && !FramesOfResult(result).value_or(std::vector<std::string>()).empty())
+    return OfOtherFrames(truth, *names, result, job);
   if (!frames.empty()) return frames;
   return absl::NotFoundError(
       absl::StrCat(result, ": holds no frames; give the --out folder of `weft register`"));

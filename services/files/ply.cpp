@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
@@ -255,21 +256,25 @@ bool StoreRow(const PlyProperty& property, size_t row, std::string& out) {
   return ok;
 }
 
+// Some programs write names in capitals.
+template <typename T>
+const T* Named(const std::vector<T>& all, std::string_view name) {
+  const T* found = nullptr;
+  int in_other_case = 0;
+  for (const T& one : all) {
+    if (one.name == name) return &one;
+    if (!absl::EqualsIgnoreCase(one.name, absl::string_view(name.data(), name.size()))) continue;
+    found = &one;
+    ++in_other_case;
+  }
+  return in_other_case == 1 ? found : nullptr;
+}
+
 }  // namespace
 
-const PlyProperty* PlyElement::Find(std::string_view property) const {
-  for (const PlyProperty& p : properties) {
-    if (p.name == property) return &p;
-  }
-  return nullptr;
-}
+const PlyProperty* PlyElement::Find(std::string_view property) const { return Named(properties, property); }
 
-const PlyElement* Ply::Find(std::string_view element) const {
-  for (const PlyElement& e : elements) {
-    if (e.name == element) return &e;
-  }
-  return nullptr;
-}
+const PlyElement* Ply::Find(std::string_view element) const { return Named(elements, element); }
 
 absl::StatusOr<Ply> ParsePly(std::string_view bytes, const std::string& source_name) {
   absl::StatusOr<PlyHeader> header = ParsePlyHeader(bytes, source_name);

@@ -31,7 +31,7 @@ struct PlyElement {
   size_t rows = 0;
   std::vector<PlyProperty> properties;
 
-  // Null where there is none.
+  // In other case where none is of that name and one alone differs so. Null where there is none.
   const PlyProperty* Find(std::string_view property) const;
 };
 
@@ -39,6 +39,7 @@ struct Ply {
   std::vector<std::string> comments;
   std::vector<PlyElement> elements;
 
+  // As PlyElement::Find.
   const PlyElement* Find(std::string_view element) const;
 };
 

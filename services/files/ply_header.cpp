@@ -42,6 +42,11 @@ std::optional<PlyType> TypeFromName(std::string_view name) {
   return std::nullopt;
 }
 
+template <typename T>
+bool IsIn(const std::vector<T>& all, const std::string& name) {
+  return std::any_of(all.begin(), all.end(), [&](const T& one) { return one.name == name; });
+}
+
 // Reads the header line by line.
 class HeaderReader {
  public:
@@ -127,7 +132,8 @@ class HeaderReader {
     if (words.size() != 3 || !absl::SimpleAtoi(words[2], &rows))
       return Error("expected `element NAME COUNT`");
     if (header_.layout.elements.size() >= kMaxElements) return Error("too many elements");
-    if (header_.layout.Find(words[1])) return Error(absl::StrCat("element ", words[1], " occurs twice"));
+    if (IsIn(header_.layout.elements, words[1]))
+      return Error(absl::StrCat("element ", words[1], " occurs twice"));
     PlyElement element;
     element.name = words[1];
     element.rows = rows;
@@ -152,7 +158,7 @@ class HeaderReader {
     property.type = *type;
     property.count_type = *count;
     if (element.properties.size() >= kMaxProperties) return Error("too many properties");
-    if (element.Find(property.name)) {
+    if (IsIn(element.properties, property.name)) {
       return Error(absl::StrCat("element ", element.name, ": property ", property.name, " occurs twice"));
     }
     element.properties.push_back(std::move(property));

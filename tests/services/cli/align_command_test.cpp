@@ -18,6 +18,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kSide = 12;
 
@@ -135,15 +136,16 @@ TEST_F(AlignCommand, StartsFromAMeshAndWritesEachStage) {
 }
 
 // Points of the whole cloth, the hidden square included, each times `scale`, with normals where `side` is not
-// 0.
-std::string ScanText(double scale, int side) {
+// 0, turned by `turn`.
+std::string ScanText(double scale, int side, const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity()) {
   std::string rows;
   int count = 0;
   for (double row = 0; row < kSide - 1; row += 0.3) {
     for (double col = 0; col < kSide - 1; col += 0.3, ++count) {
       const double angle = 2.7 * col / 20;
-      const Eigen::Vector3d p = scale * Eigen::Vector3d(20 * std::sin(angle) + 100, 2.7 * row - 30,
-                                                        20 * (1 - std::cos(angle)) + 900);
+      const Eigen::Vector3d p =
+          scale * turn *
+          Eigen::Vector3d(20 * std::sin(angle) + 100, 2.7 * row - 30, 20 * (1 - std::cos(angle)) + 900);
       const Eigen::Vector3d n = side * Eigen::Vector3d(-std::sin(angle), 0, std::cos(angle));
       for (const double x : {p.x(), p.y(), p.z()}) rows += std::to_string(x) + " ";
       if (side != 0)
@@ -176,6 +178,22 @@ TEST_F(AlignCommand, SaysWhatBecameOfAScan) {
     turned += sided.out.find("\"normals_turned\": true") != std::string::npos;
   }
   EXPECT_EQ(turned, 1);
+}
+
+TEST_F(AlignCommand, SaysThatAScanLiesElsewhere) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  WriteBytes(folder_ / "scan.ply", ScanText(1, 0));
+  EXPECT_THAT(Align({"--scan", folder_ / "scan.ply"}).err, Not(HasSubstr("found the cloth")));
+  // Axes of another program, y up and z towards us; then a turn by 0.7 degrees, 11 mm at the cloth.
+  const Eigen::Matrix3d other = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  WriteBytes(folder_ / "scan.ply", ScanText(1, 0, other));
+  EXPECT_THAT(
+      Align({"--scan", folder_ / "scan.ply"}).err,
+      AllOf(HasSubstr("no point of it lies on the cloth"), HasSubstr("in the rig's world with its axes")));
+  const Eigen::Matrix3d turn(Eigen::AngleAxisd(0.012, Eigen::Vector3d::UnitY()));
+  WriteBytes(folder_ / "scan.ply", ScanText(1, 0, turn));
+  EXPECT_THAT(Align({"--scan", folder_ / "scan.ply"}).err,
+              AllOf(HasSubstr("points found the cloth ("), HasSubstr("in the median, as they do by chance")));
 }
 
 TEST_F(AlignCommand, RefusesAScanInAnotherUnit) {

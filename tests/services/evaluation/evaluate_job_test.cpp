@@ -116,5 +116,14 @@ TEST_F(EvaluateJobTest, WrongFoldersAreRefused) {
   }
 }
 
+TEST_F(EvaluateJobTest, TruthsOfOtherFramesAreNamed) {
+  std::filesystem::rename(folder_ / "result/0000", folder_ / "result/0007");
+  const auto evaluation = Run();
+  EXPECT_EQ(evaluation.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_NE(evaluation.status().message().find(folder_ / "take/truth: has the frames 0000 to 0001"),
+            std::string::npos)
+      << evaluation.status();
+}
+
 }  // namespace
 }  // namespace weft

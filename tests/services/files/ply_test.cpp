@@ -276,5 +276,20 @@ TEST(WritePly, RefusesValuesThatTheTypeCannotHold) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.ply"));
 }
 
+TEST(ParsePly, NamesMayBeInCapitals) {
+  const auto ply = ParsePly(
+      "ply\nformat ascii 1.0\nelement Vertex 1\nproperty float X\nproperty float x\n"
+      "property float Y\nproperty float NX\nend_header\n1 2 3 4\n",
+      "scan.ply");
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  const PlyElement* vertex = ply->Find("vertex");
+  ASSERT_NE(vertex, nullptr);
+  EXPECT_THAT(vertex->Find("x")->values, ElementsAre(2));
+  EXPECT_THAT(vertex->Find("X")->values, ElementsAre(1));
+  EXPECT_THAT(vertex->Find("y")->values, ElementsAre(3));
+  EXPECT_THAT(vertex->Find("nx")->values, ElementsAre(4));
+  EXPECT_EQ(vertex->Find("ny"), nullptr);
+}
+
 }  // namespace
 }  // namespace weft
