@@ -57,6 +57,7 @@ absl::StatusOr<JointMatch> MatchJoints(const ForeignMotion& motion,
 
 struct RetargetOptions {
   std::optional<Eigen::Vector3d> up;  // an axis of the file's world; else from the poses
+  bool check_sides = true;            // CheckSides (body_sides.h)
 };
 
 struct RetargetedMotion {
@@ -70,7 +71,8 @@ struct RetargetedMotion {
 // first pose, whose pelvis is at x = z = 0. Limbs point where the file's joints are in its poses, whatever
 // its rest pose is. How far they turn around themselves counts from the rest pose where that stands upright,
 // else from the plane in which elbows and knees bend. Limits of joints are not enforced. InvalidArgument:
-// poses that do not tell which axis is up, legs without length, and what Motion::Validate refuses.
+// poses that do not tell which axis is up, legs without length, sides that are exchanged, and what
+// Motion::Validate refuses.
 absl::StatusOr<RetargetedMotion> Retarget(const ForeignMotion& motion, const JointMatch& match,
                                           const RetargetOptions& options = {});
 

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "figure/body_sides.h"
 #include "figure/motion_generator.h"
 #include "figure/retarget.h"
 #include "services/cli/commands.h"
@@ -42,6 +43,7 @@ struct MotionImportOptions {
   std::string bvh, out;
   std::vector<std::string> joints;  // OURS=THEIRS
   std::string up;                   // an axis of the file
+  std::string angles = "auto", sides = "auto";
 };
 
 absl::StatusOr<RetargetOptions> RetargetOptionsOf(const std::string& up) {
@@ -76,15 +78,20 @@ absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
           absl::StrCat("--joint \"", joint, "\" is not of the form OURS=THEIRS"));
     given[joint.substr(0, at)] = joint.substr(at + 1);
   }
-  const absl::StatusOr<RetargetOptions> retarget = RetargetOptionsOf(options.up);
+  absl::StatusOr<RetargetOptions> retarget = RetargetOptionsOf(options.up);
   if (!retarget.ok()) return retarget.status();
-  const absl::StatusOr<ForeignMotion> bvh = ReadBvh(options.bvh);
+  retarget->check_sides = options.sides != "as-named";
+  const BvhAngles angles = options.angles == "radians"   ? BvhAngles::kRadians
+                           : options.angles == "degrees" ? BvhAngles::kDegrees
+                                                         : BvhAngles::kAuto;
+  const absl::StatusOr<ForeignMotion> bvh = ReadBvh(options.bvh, angles);
   if (!bvh.ok()) return bvh.status();
   const auto named = [&](const absl::Status& status) {
     return absl::Status(status.code(), absl::StrCat(options.bvh, ": ", std::string(status.message())));
   };
-  const absl::StatusOr<JointMatch> match = MatchJoints(*bvh, given);
+  absl::StatusOr<JointMatch> match = MatchJoints(*bvh, given);
   if (!match.ok()) return named(match.status());
+  if (options.sides == "exchanged") *match = WithSidesExchanged(*match);
   absl::StatusOr<RetargetedMotion> motion = Retarget(*bvh, *match, *retarget);
   if (!motion.ok()) return named(motion.status());
   PrintImport(*bvh, *match, *motion);
@@ -168,6 +175,16 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
           "--up", imported->up,
           "The axis of the file that points up; found by how the person stands where it is not given")
       ->type_name("AXIS");
+  import_command
+      ->add_option("--angles", imported->angles,
+                   "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes "
+                   "somewhere")
+      ->check(OneOf({"auto", "degrees", "radians"}));
+  import_command
+      ->add_option("--sides", imported->sides,
+                   "Left and right: as the file names them, exchanged, or auto, which refuses a person whose "
+                   "knees bend forwards and whose toes point backwards")
+      ->check(OneOf({"auto", "as-named", "exchanged"}));
   import_command->add_option("--out", imported->out, "The file to write, NAME.motion")
       ->required()
       ->type_name("FILE");

@@ -86,8 +86,11 @@ bool IsScale(BvhChannel channel) { return channel >= BvhChannel::kXScale; }
 
 class MotionBuilder {
  public:
-  MotionBuilder(BvhHierarchy hierarchy, const BvhRows& rows)
-      : hierarchy_(std::move(hierarchy)), rows_(rows), count_(rows.values.size() / hierarchy_.numbers) {
+  MotionBuilder(BvhHierarchy hierarchy, const BvhRows& rows, double rad_per_unit)
+      : hierarchy_(std::move(hierarchy)),
+        rows_(rows),
+        rad_per_unit_(rad_per_unit),
+        count_(rows.values.size() / hierarchy_.numbers) {
     size_t at = 0;
     for (const std::vector<BvhChannel>& channels : hierarchy_.channels) {
       first_.push_back(at);
@@ -190,7 +193,7 @@ class MotionBuilder {
         const auto axis =
             static_cast<int>(hierarchy_.channels[j][c]) - static_cast<int>(BvhChannel::kXRotation);
         if (axis < 0 || axis > 2) continue;
-        turn = turn * Eigen::AngleAxisd(kRadPerDeg * Value(row, j, c), Eigen::Vector3d::Unit(axis));
+        turn = turn * Eigen::AngleAxisd(rad_per_unit_ * Value(row, j, c), Eigen::Vector3d::Unit(axis));
       }
       pose.rotation.push_back(turn.normalized());
     }
@@ -198,13 +201,14 @@ class MotionBuilder {
 
   BvhHierarchy hierarchy_;
   const BvhRows& rows_;
+  double rad_per_unit_;  // of rotations
   size_t count_;
   std::vector<size_t> first_;  // of each joint's numbers in a row
   std::vector<double> scale_;
   ForeignMotion out_;
 };
 
-absl::StatusOr<ForeignMotion> Parse(std::string_view bytes) {
+absl::StatusOr<ForeignMotion> Parse(std::string_view bytes, BvhAngles angles) {
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
     return absl::InvalidArgumentError("is text in UTF-16; save it as UTF-8");
   BvhText text(bytes);
@@ -213,7 +217,13 @@ absl::StatusOr<ForeignMotion> Parse(std::string_view bytes) {
   if (text.AtEnd()) return absl::InvalidArgumentError("has no motion; the part MOTION is missing");
   const absl::StatusOr<BvhRows> rows = ReadRows(text, *hierarchy);
   if (!rows.ok()) return rows.status();
-  return MotionBuilder(*std::move(hierarchy), *rows).Build();
+  bool are_radians = angles == BvhAngles::kRadians;
+  if (angles == BvhAngles::kAuto) {
+    const AngleJudgement judgement = JudgeBvhAngles(*hierarchy, rows->values);
+    are_radians = judgement.are_radians;
+    if (!judgement.note.empty()) hierarchy->notes.push_back(judgement.note);
+  }
+  return MotionBuilder(*std::move(hierarchy), *rows, are_radians ? 1 : kRadPerDeg).Build();
 }
 
 }  // namespace
@@ -224,16 +234,17 @@ bool IsBvh(std::string_view bytes) {
   return text.Take("hierarchy");
 }
 
-absl::StatusOr<ForeignMotion> ParseBvh(std::string_view bytes, const std::string& source_name) {
-  absl::StatusOr<ForeignMotion> out = Parse(bytes);
+absl::StatusOr<ForeignMotion> ParseBvh(std::string_view bytes, const std::string& source_name,
+                                       BvhAngles angles) {
+  absl::StatusOr<ForeignMotion> out = Parse(bytes, angles);
   if (out.ok()) return out;
   return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", std::string(out.status().message())));
 }
 
-absl::StatusOr<ForeignMotion> ReadBvh(const std::string& path) {
+absl::StatusOr<ForeignMotion> ReadBvh(const std::string& path, BvhAngles angles) {
   const absl::StatusOr<std::string> bytes = ReadWholeFile(path, kMaxBvhBytes);
   if (!bytes.ok()) return bytes.status();
-  return ParseBvh(*bytes, path);
+  return ParseBvh(*bytes, path, angles);
 }
 
 }  // namespace weft

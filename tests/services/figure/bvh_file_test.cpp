@@ -181,5 +181,46 @@ TEST(BvhFile, SaysWhatIsWrongWithAFile) {
   EXPECT_EQ(ReadBvh("/nowhere/a.bvh").status().code(), absl::StatusCode::kNotFound);
 }
 
+// Somebody with a root and four joints, at each frame `way` further, whose joints turn by up to `most`.
+std::string Person(double most, double way, int frames = 10) {
+  std::string out =
+      "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition "
+      "Zrotation Xrotation Yrotation\n";
+  for (int j = 0; j < 4; ++j)
+    out += "JOINT J" + std::to_string(j) + "\n{\nOFFSET 0 20 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n";
+  out += "End Site\n{\nOFFSET 0 20 0\n}\n}\n}\n}\n}\n}\nMOTION\nFrames: " + std::to_string(frames) +
+         "\nFrame Time: 0.04\n";
+  for (int f = 0; f < frames; ++f) {
+    out += "0 90 " + std::to_string(way * f) + " 0 0 " + std::to_string(0.5 * most);
+    for (int j = 0; j < 4; ++j) out += " 0 " + std::to_string(most * (j + 1) / 4 * f / (frames - 1)) + " 0";
+    out += "\n";
+  }
+  return out;
+}
+
+TEST(BvhFile, AnglesOfSomebodyWhoWalksAreRadiansWhereNoneIsAbove2Pi) {
+  const auto radians = ParseBvh(Person(1.2, 10), "a.bvh");
+  ASSERT_TRUE(radians.ok()) << radians.status();
+  EXPECT_NEAR(radians->poses.back().rotation[4].angularDistance(Eigen::Quaterniond::Identity()), 1.2, 1e-6);
+  ASSERT_EQ(radians->notes.size(), 1u);
+  EXPECT_NE(radians->notes[0].find("--angles degrees"), std::string::npos) << radians->notes[0];
+  const auto told = ParseBvh(Person(1.2, 10), "a.bvh", BvhAngles::kDegrees);
+  EXPECT_NEAR(told->poses.back().rotation[4].angularDistance(Eigen::Quaterniond::Identity()),
+              kRadPerDeg * 1.2, 1e-6);
+  EXPECT_TRUE(told->notes.empty());
+  const auto also = ParseBvh(Person(40, 10), "a.bvh", BvhAngles::kRadians);
+  EXPECT_TRUE(also->notes.empty());
+}
+
+TEST(BvhFile, AnglesOfSomebodyWhoStandsStillAreDegreesAndSmallOnesAreNoted) {
+  for (const double most : {1.2, 5.0}) {
+    const auto still = ParseBvh(Person(most, 0), "a.bvh");
+    EXPECT_NEAR(still->poses.back().rotation[4].angularDistance(Eigen::Quaterniond::Identity()),
+                kRadPerDeg * most, 1e-6);
+    EXPECT_EQ(still->notes.size(), most < 3 ? 1u : 0u) << most;
+  }
+  for (const double most : {0.0, 0.05, 40.0}) EXPECT_TRUE(ParseBvh(Person(most, 10), "a.bvh")->notes.empty());
+}
+
 }  // namespace
 }  // namespace weft
