@@ -151,8 +151,8 @@ PrintScale MeasurePrintScale(const std::vector<NodeEdge>& edges, double cell_mm)
   return scale;
 }
 
-std::optional<LengthUnit> UnitOfScale(double scale) {
-  for (const LengthUnit& unit : LengthUnits().subspan(1))
+std::optional<UnitOfLength> UnitOfScale(double scale) {
+  for (const UnitOfLength& unit : UnitsOfLength().subspan(1))
     if (std::abs(scale * unit.mm - 1) < kUnitSlack) return unit;
   return std::nullopt;
 }

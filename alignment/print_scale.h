@@ -53,7 +53,7 @@ double MedianLengthPerCell(const std::vector<NodeEdge>& edges);  // 0 of none
 PrintScale MeasurePrintScale(const std::vector<NodeEdge>& edges, double cell_mm);
 
 // The unit, other than mm, whose numbers are such a share of those in mm; within a tenth.
-std::optional<LengthUnit> UnitOfScale(double scale);
+std::optional<UnitOfLength> UnitOfScale(double scale);
 
 // "edges are 1.100 times as long as the print", or along an axis. Empty up to kScaleSaid, and where the scale
 // is unknown.

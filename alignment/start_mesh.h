@@ -15,10 +15,10 @@ namespace weft {
 // - a face whose vertices the template does not join: they are in another order. Faces may be fewer, in any
 // order,
 //   and run either way;
-// - edges that are in the median over 1.4 times as long as the template's, or as much shorter, with the unit
+// - edges that are in the median over 1.2 times as long as the template's, or as much shorter, with the unit
 // where
 //   one explains it;
-// - a vertex that is far from all its neighbours.
+// - a vertex that is far from all its neighbours, or 1 of 1,000 edges over five times as long.
 absl::Status CheckStartMesh(const TriangleMesh& start, const TriangleMesh& rest);
 
 // A start that lies as the targets do. `turned_deg` is 0 where it did: cloth moves, so that only a start

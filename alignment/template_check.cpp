@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/blank_vertices.h"
 #include "alignment/face_sides.h"
 #include "alignment/mapped_mesh.h"
 
@@ -148,6 +149,7 @@ absl::Status CheckTemplateMap(const Template& garment) {
     const Mapped mapped = MappedOf(garment.rest.vertices_mm, one.faces, garment.node_of_vertex);
     const FaceScan scan = ScanFaces(one.faces, mapped);
     absl::Status status = CheckOrderOf(one.faces, mapped, scan);
+    if (status.ok()) status = CheckBlankVertices(one.faces, mapped);
     if (status.ok()) status = CheckPrintedSide(one.faces, mapped, scan.against > 0, scan.shown);
     if (!status.ok()) return OfGarment(one.id, status);
   }
@@ -157,8 +159,9 @@ absl::Status CheckTemplateMap(const Template& garment) {
 absl::Status CheckVertexOrder(const Template& garment) {
   for (const GarmentFaces& one : GarmentsOf(garment)) {
     const Mapped mapped = MappedOf(garment.rest.vertices_mm, one.faces, garment.node_of_vertex);
-    absl::Status status = OfGarment(one.id, CheckOrderOf(one.faces, mapped, ScanFaces(one.faces, mapped)));
-    if (!status.ok()) return status;
+    absl::Status status = CheckOrderOf(one.faces, mapped, ScanFaces(one.faces, mapped));
+    if (status.ok()) status = CheckBlankVertices(one.faces, mapped);
+    if (!status.ok()) return OfGarment(one.id, status);
   }
   return absl::OkStatus();
 }

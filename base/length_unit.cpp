@@ -8,11 +8,11 @@
 namespace weft {
 namespace {
 
-constexpr std::array<LengthUnit, 5> kUnits = {{{"mm", "millimetres", 1},
-                                               {"cm", "centimetres", 10},
-                                               {"m", "metres", 1000},
-                                               {"in", "inches", 25.4},
-                                               {"ft", "feet", 304.8}}};
+constexpr std::array<UnitOfLength, 5> kUnits = {{{"mm", "millimetres", 1},
+                                                 {"cm", "centimetres", 10},
+                                                 {"m", "metres", 1000},
+                                                 {"in", "inches", 25.4},
+                                                 {"ft", "feet", 304.8}}};
 
 // Besides names and plurals.
 constexpr std::pair<std::string_view, size_t> kOtherNames[] = {
@@ -27,10 +27,10 @@ bool IsSame(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::span<const LengthUnit> LengthUnits() { return kUnits; }
+std::span<const UnitOfLength> UnitsOfLength() { return kUnits; }
 
-std::optional<LengthUnit> LengthUnitNamed(std::string_view name) {
-  for (const LengthUnit& unit : kUnits)
+std::optional<UnitOfLength> LengthUnitNamed(std::string_view name) {
+  for (const UnitOfLength& unit : kUnits)
     if (IsSame(name, unit.name) || IsSame(name, unit.plural)) return unit;
   for (const auto& [other, index] : kOtherNames)
     if (IsSame(name, other)) return kUnits[index];

@@ -7,15 +7,15 @@
 
 namespace weft {
 
-struct LengthUnit {
+struct UnitOfLength {
   const char* name;    // "m"
   const char* plural;  // "metres"
   double mm;
 };
 
-std::span<const LengthUnit> LengthUnits();  // mm, cm, m, in, ft
+std::span<const UnitOfLength> UnitsOfLength();  // mm, cm, m, in, ft
 
 // By its name, or as people write it, in any case: "inch", "Inches", "metre", "meters", "foot".
-std::optional<LengthUnit> LengthUnitNamed(std::string_view name);
+std::optional<UnitOfLength> LengthUnitNamed(std::string_view name);
 
 }  // namespace weft

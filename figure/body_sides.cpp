@@ -94,8 +94,8 @@ JointMatch WithSidesExchanged(const JointMatch& match) {
   return out;
 }
 
-absl::Status CheckJointsOfSides(const ForeignMotion& motion, const JointMatch& match,
-                                std::vector<std::string>& notes) {
+absl::Status CheckSides(const ForeignMotion& motion, const JointMatch& match,
+                        std::vector<std::string>& notes) {
   const Evidence evidence = Collector(motion, match).evidence();
   // In the mean of poses: 3 degrees, and a fifth of a shin.
   constexpr double kLeastBend = 0.05, kLeastFoot = 0.2;

@@ -47,10 +47,10 @@ class Retargeter {
     summary_ = Summarize(from_, match_);
     if (!(summary_.leg_length > 0) || !std::isfinite(summary_.leg_length))
       return absl::InvalidArgumentError("the legs have no length; are the offsets missing?");
-    if (options.check_sides)
-      if (absl::Status status = CheckSides(from_, match_, out_.notes); !status.ok()) return status;
     const std::optional<Matrix3d> standing = StandingAxes(from_, match_);
     if (absl::Status status = FindUp(standing, options); !status.ok()) return status;
+    if (options.check_sides)
+      if (absl::Status status = CheckSides(from_, match_, out_.notes); !status.ok()) return status;
     neutral_ = NeutralAxes(match_, summary_, standing);
     FindWorld();
     out_.motion.fps = from_.fps;

@@ -118,6 +118,30 @@ std::optional<CameraPlace> FindPlace(const Rig& rig, int camera, double own_px,
   return best;
 }
 
+// Over pairs of matches in the same block of cells the mean product of their offsets: their errors are their
+// own, so what is left is the square of the offset that they share. Without those far off the rest.
+double CommonOffsetPx(const std::vector<Match>& matches, double median_px) {
+  constexpr double kFarOff = 4;  // medians
+  struct Block {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double squares = 0, count = 0;
+  };
+  std::map<std::pair<int, int>, Block> blocks;
+  for (const Match& match : matches) {
+    if (!(match.residual_px <= kFarOff * median_px)) continue;
+    Block& block = blocks[{match.node.row / kFitBlockCells, match.node.col / kFitBlockCells}];
+    const Eigen::Vector2d offset = match.seen_px - match.expected_px;
+    block.sum += offset, block.squares += offset.squaredNorm(), ++block.count;
+  }
+  double products = 0, weights = 0;
+  for (const auto& [place, block] : blocks) {
+    if (block.count < 2) continue;
+    products += (block.sum.squaredNorm() - block.squares) / (block.count - 1);
+    weights += block.count;
+  }
+  return weights > 0 ? std::sqrt(std::max(0.0, products / weights)) : 0;
+}
+
 // Least squares of seen = shift + (size + perspective * w) * place, turned in the plane, without what is far
 // off the rest. `place` is from the principal point, w the mean depth over the node's, minus 1.
 class ViewFit {
@@ -222,6 +246,7 @@ CameraAgreement AgreementOf(const Rig& rig, const ViewObservations& view, const 
   if (out.median_px > kPlacedPx) out.fits = FindPlace(rig, view.camera, out.median_px, matches);
   // The residuals of points behind the camera are no numbers to be written.
   if (!std::isfinite(out.median_px)) out.median_px = 0;
+  out.common_px = CommonOffsetPx(matches, out.median_px);
   ViewFit(rig.cameras[view.camera], matches).Describe(&out);
   return out;
 }

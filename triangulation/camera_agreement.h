@@ -26,6 +26,9 @@ struct CameraAgreement {
   int compared = 0;      // observations of such nodes that were looked at
   int agreeing = 0;      // of them, those within kAgreementPx of the point
   double median_px = 0;  // distance from the point
+  // What the offsets of cells near each other have in common: noise of single cells has no part in it, poses,
+  // lenses and images of another moment do. 0 where too little tells.
+  double common_px = 0;
   // Size of what it sees against what the others say, about the middle; 0 where too little tells.
   double scale = 0;
   double scale_sigma = 0;

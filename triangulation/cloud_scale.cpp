@@ -19,12 +19,16 @@ std::optional<double> MedianRatio(const Cloud& cloud, int rows, int cols, const 
   for (size_t i = 0; i < cloud.points.size(); i += step) {
     const CloudPoint& point = cloud.points[i];
     if (point.node.kind != NodeKind::kCenter) continue;
-    const BoardNode next{point.node.row + rows, point.node.col + cols, NodeKind::kCenter};
-    const CloudPoint* other = FindPoint(cloud, next);
-    if (other == nullptr) continue;
-    const std::optional<double> known_mm = pattern_mm(point.node, next);
+    const auto at = [&](int steps) {
+      return FindPoint(cloud,
+                       {point.node.row + steps * rows, point.node.col + steps * cols, NodeKind::kCenter});
+    };
+    const CloudPoint *before = at(-1), *next = at(1), *after = at(2);
+    if (before == nullptr || next == nullptr || after == nullptr) continue;
+    const std::optional<double> known_mm = pattern_mm(point.node, next->node);
+    const Eigen::Vector3d direction = (after->position_mm - before->position_mm).normalized();
     if (known_mm && *known_mm > 0)
-      ratios.push_back((other->position_mm - point.position_mm).norm() / *known_mm);
+      ratios.push_back((next->position_mm - point.position_mm).dot(direction) / *known_mm);
   }
   if (ratios.size() < kLeastDistances) return std::nullopt;
   return Median(std::move(ratios));

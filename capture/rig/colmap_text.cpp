@@ -185,7 +185,7 @@ struct ImagePath {
   std::vector<std::string> folders;
 };
 
-ImagePath PathOf(const std::string& name) {
+ImagePath PathOfImage(const std::string& name) {
   std::vector<std::string> parts = absl::StrSplit(name, absl::ByAnyChar("/\\"), absl::SkipEmpty());
   if (parts.empty()) return {name, {}};
   ImagePath out{parts.back().substr(0, parts.back().rfind('.')), {parts.rbegin() + 1, parts.rend()}};
@@ -222,7 +222,7 @@ void NameCameras(std::vector<CameraModel>& cameras, std::vector<std::string>& re
   std::vector<ImagePath> paths;
   std::set<std::string> folders;
   for (const CameraModel& camera : cameras) {
-    paths.push_back(PathOf(camera.id));
+    paths.push_back(PathOfImage(camera.id));
     if (!paths.back().folders.empty()) folders.insert(paths.back().folders[0]);
   }
   if (paths.empty()) return;

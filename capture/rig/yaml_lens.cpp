@@ -22,36 +22,36 @@ absl::Status SetFitted(const RadiusOfAngle& radius, CameraModel& camera, std::ve
   return absl::OkStatus();
 }
 
-enum class LensKind { kNone, kOpenCv, kFisheye, kFov, kUnknown };
+enum class YamlLensKind { kNone, kOpenCv, kFisheye, kFov, kUnknown };
 
 // A pinhole's distortion is OpenCV's, and other names stand for themselves.
-LensKind KindOf(const std::string& model) {
+YamlLensKind LensKindOf(const std::string& model) {
   struct Named {
     const char* name;
-    LensKind kind;
+    YamlLensKind kind;
   };
-  constexpr Named kNamed[] = {{"none", LensKind::kNone},
-                              {"plumbbob", LensKind::kOpenCv},
-                              {"radtan", LensKind::kOpenCv},
-                              {"radialtangential", LensKind::kOpenCv},
-                              {"brownconrady", LensKind::kOpenCv},
-                              {"rationalpolynomial", LensKind::kOpenCv},
-                              {"thinprism", LensKind::kOpenCv},
-                              {"opencv", LensKind::kOpenCv},
-                              {"pinhole", LensKind::kOpenCv},
-                              {"", LensKind::kOpenCv},
-                              {"equidistant", LensKind::kFisheye},
-                              {"equi", LensKind::kFisheye},
-                              {"fisheye", LensKind::kFisheye},
-                              {"opencvfisheye", LensKind::kFisheye},
-                              {"kannalabrandt", LensKind::kFisheye},
-                              {"kannalabrandt4", LensKind::kFisheye},
-                              {"kb4", LensKind::kFisheye},
-                              {"fov", LensKind::kFov}};
+  constexpr Named kNamed[] = {{"none", YamlLensKind::kNone},
+                              {"plumbbob", YamlLensKind::kOpenCv},
+                              {"radtan", YamlLensKind::kOpenCv},
+                              {"radialtangential", YamlLensKind::kOpenCv},
+                              {"brownconrady", YamlLensKind::kOpenCv},
+                              {"rationalpolynomial", YamlLensKind::kOpenCv},
+                              {"thinprism", YamlLensKind::kOpenCv},
+                              {"opencv", YamlLensKind::kOpenCv},
+                              {"pinhole", YamlLensKind::kOpenCv},
+                              {"", YamlLensKind::kOpenCv},
+                              {"equidistant", YamlLensKind::kFisheye},
+                              {"equi", YamlLensKind::kFisheye},
+                              {"fisheye", YamlLensKind::kFisheye},
+                              {"opencvfisheye", YamlLensKind::kFisheye},
+                              {"kannalabrandt", YamlLensKind::kFisheye},
+                              {"kannalabrandt4", YamlLensKind::kFisheye},
+                              {"kb4", YamlLensKind::kFisheye},
+                              {"fov", YamlLensKind::kFov}};
   const std::string key = YamlKey(model);
   for (const Named& named : kNamed)
     if (key == named.name) return named.kind;
-  return LensKind::kUnknown;
+  return YamlLensKind::kUnknown;
 }
 
 bool IsTrue(const YAML::Node& node) {
@@ -79,7 +79,7 @@ bool IsOtherLens(const std::string& model) {
 }
 
 // What the fields say of the lens besides that it is a pinhole. InvalidArgument: two lenses.
-absl::StatusOr<NamedLens> LensOf(const YAML::Node& fields) {
+absl::StatusOr<NamedLens> NamedLensOf(const YAML::Node& fields) {
   struct Field {
     const char* name;
     bool is_of_lens;  // names nothing else
@@ -93,10 +93,10 @@ absl::StatusOr<NamedLens> LensOf(const YAML::Node& fields) {
     const YAML::Node node = YamlField(fields, {field.name});
     if (!node.IsScalar() || IsPinhole(node.Scalar())) continue;
     const NamedLens lens = {field.name, node.Scalar()};
-    const LensKind kind = KindOf(lens.model);
-    if (kind == LensKind::kUnknown && !field.is_of_lens && !IsOtherLens(lens.model)) continue;
-    if (kind == LensKind::kUnknown) return lens;
-    if (!out.model.empty() && KindOf(out.model) != kind)
+    const YamlLensKind kind = LensKindOf(lens.model);
+    if (kind == YamlLensKind::kUnknown && !field.is_of_lens && !IsOtherLens(lens.model)) continue;
+    if (kind == YamlLensKind::kUnknown) return lens;
+    if (!out.model.empty() && LensKindOf(out.model) != kind)
       return absl::InvalidArgumentError(
           absl::StrCat("the field ", out.field, " says ", out.model, " and ", lens.field, " says ",
                        lens.model, ", which are other lenses; leave the one that was calibrated"));
@@ -116,21 +116,21 @@ absl::Status SetYamlLens(const std::string& model, const std::vector<double>& k,
     return absl::InvalidArgumentError(absl::StrCat("the model ", model, " has ", wanted,
                                                    " distortion coefficients, the file ", k.size(), more));
   };
-  switch (KindOf(model)) {
-    case LensKind::kNone:
+  switch (LensKindOf(model)) {
+    case YamlLensKind::kNone:
       return count(0, "");
-    case LensKind::kFisheye: {
+    case YamlLensKind::kFisheye: {
       const absl::Status status = count(
           4, "; give the four of the fisheye calibration, or name the model that the coefficients are of");
       return status.ok() ? SetFitted(FisheyeRadius(k), camera, remarks) : status;
     }
-    case LensKind::kFov: {
+    case YamlLensKind::kFov: {
       const absl::Status status = count(1, "");
       return status.ok() ? SetFitted(FovRadius(k[0]), camera, remarks) : status;
     }
-    case LensKind::kOpenCv:
+    case YamlLensKind::kOpenCv:
       return SetOpenCvDistortion(k, &camera);
-    case LensKind::kUnknown:
+    case YamlLensKind::kUnknown:
       break;
   }
   return absl::InvalidArgumentError(absl::StrCat(
@@ -151,7 +151,7 @@ absl::Status SetYamlDistortion(const YAML::Node& fields, CameraModel& camera,
   if (field.IsNull()) return absl::InvalidArgumentError("the field distortion_coefficients is missing");
   const auto k = YamlNumbers(field, "distortion_coefficients");
   if (!k.ok()) return k.status();
-  const absl::StatusOr<NamedLens> lens = LensOf(fields);
+  const absl::StatusOr<NamedLens> lens = NamedLensOf(fields);
   if (!lens.ok()) return lens.status();
   if (k->size() == 4 && lens->model.empty() && YamlField(fields, {"fisheye_model"}).IsNull()) {
     remarks.push_back(

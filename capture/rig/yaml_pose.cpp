@@ -34,7 +34,7 @@ struct NamedField {
 };
 
 template <size_t kCount>
-NamedField Find(const YAML::Node& fields, const char* const (&names)[kCount]) {
+NamedField FindField(const YAML::Node& fields, const char* const (&names)[kCount]) {
   for (const char* name : names)
     if (const YAML::Node node = YamlField(fields, {name}); node.IsSequence() || node.IsMap())
       return {YamlSpelling(fields, {name}), node};
@@ -62,7 +62,7 @@ absl::Status SetRotation(const NamedField& field, CameraModel& camera) {
 }
 
 // [R | T], with or without a last row 0 0 0 1.
-absl::Status SetMatrix(const NamedField& field, bool is_inverse, CameraModel& camera) {
+absl::Status SetPoseMatrix(const NamedField& field, bool is_inverse, CameraModel& camera) {
   const auto m = YamlNumbers(field.node, field.name);
   if (!m.ok()) return m.status();
   const bool is_full = m->size() == 16;
@@ -121,18 +121,19 @@ void RemarkRectification(const YAML::Node& fields, CameraModel& camera, std::vec
 }  // namespace
 
 absl::Status SetYamlPose(const YAML::Node& fields, CameraModel& camera, std::vector<std::string>& remarks) {
-  const NamedField from_world = Find(fields, kCameraFromWorld), from_camera = Find(fields, kWorldFromCamera);
-  const NamedField r = Find(fields, kRotations), t = Find(fields, kTranslations);
+  const NamedField from_world = FindField(fields, kCameraFromWorld),
+                   from_camera = FindField(fields, kWorldFromCamera);
+  const NamedField r = FindField(fields, kRotations), t = FindField(fields, kTranslations);
   if (const YAML::Node& map = from_world.node; map.IsMap() && YamlField(map, {"data"}).IsNull()) {
-    if (Find(map, kRotations).name.empty() && Find(map, kTranslations).name.empty())
+    if (FindField(map, kRotations).name.empty() && FindField(map, kTranslations).name.empty())
       return IsUnread(from_world.name);
     return SetYamlPose(map, camera, remarks);
   }
   if (!from_world.name.empty() && !from_camera.name.empty())
     return absl::InvalidArgumentError(
         absl::StrCat("the fields ", from_world.name, " and ", from_camera.name, " are two poses; leave one"));
-  if (!from_world.name.empty()) return SetMatrix(from_world, false, camera);
-  if (!from_camera.name.empty()) return SetMatrix(from_camera, true, camera);
+  if (!from_world.name.empty()) return SetPoseMatrix(from_world, false, camera);
+  if (!from_camera.name.empty()) return SetPoseMatrix(from_camera, true, camera);
   const bool is_ros = !YamlField(fields, {"P", "projection_matrix"}).IsNull() && t.name.empty();
   if (is_ros && (r.name.empty() || YamlKey(r.name) == "r")) {
     RemarkRectification(fields, camera, remarks);

@@ -43,7 +43,14 @@ std::string_view BeforeFraction(std::string_view name) {
   return IsFraction(name.substr(begin)) ? name.substr(0, begin) : std::string_view();
 }
 
-size_t DigitsBehindPoint(std::string_view fraction) { return fraction.size() - fraction.find('.') - 1; }
+bool IsWhole(std::string_view name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), IsDigit);
+}
+
+size_t DigitsBehindPoint(std::string_view number) {
+  const size_t point = number.find('.');
+  return point == std::string_view::npos ? 0 : number.size() - point - 1;
+}
 
 // Not "v1.9" and "v1.10", nor "shot1.001" and "shot1.002".
 bool AreTimes(const std::vector<std::string>& fractions) {
@@ -62,8 +69,10 @@ bool AreTimes(const std::vector<std::string>& fractions) {
 // Nothing where they are none.
 std::optional<NumbersInNames> FindFractions(const std::vector<std::string>& names) {
   const std::string before(BeforeFraction(names.front()));
+  // As programs print 0, 0.5, 1: whole ones without a point.
   const bool is_bare =
-      std::all_of(names.begin(), names.end(), [](const auto& name) { return IsFraction(name); });
+      std::any_of(names.begin(), names.end(), IsFraction) &&
+      std::all_of(names.begin(), names.end(), [](const auto& n) { return IsFraction(n) || IsWhole(n); });
   NumbersInNames out{is_bare ? "" : before, "", {}};
   if (is_bare) {
     out.numbers = names;
@@ -85,7 +94,7 @@ std::vector<std::string> Scaled(const std::vector<std::string>& names) {
   std::vector<std::string> scaled;
   for (const std::string& name : names) {
     const size_t point = name.find('.');
-    std::string fraction = name.substr(point + 1);
+    std::string fraction = point == std::string::npos ? "" : name.substr(point + 1);
     fraction.resize(digits, '0');
     scaled.push_back(absl::StrCat(name.substr(0, point), fraction));
   }
@@ -112,7 +121,7 @@ std::optional<std::vector<int64_t>> FrameNumbers(const std::vector<std::string>&
   const std::optional<NumbersInNames> found = FindNumbers(names);
   if (!found) return std::nullopt;
   std::vector<int64_t> numbers;
-  const bool fractions = IsFraction(found->numbers.front());
+  const bool fractions = std::any_of(found->numbers.begin(), found->numbers.end(), IsFraction);
   for (const std::string& text : fractions ? Scaled(found->numbers) : found->numbers) {
     int64_t number = 0;
     if (!absl::SimpleAtoi(text, &number)) return std::nullopt;

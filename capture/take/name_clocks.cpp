@@ -43,7 +43,7 @@ bool AreAlike(const Runs& a, const Runs& b) {
 }
 
 // The runs from `first` on are a day, or none, and a clock.
-struct Layout {
+struct ClockLayout {
   size_t first = 0, end = 0;
   bool has_day = false, has_marks = false;  // marks between hours, minutes and seconds
   bool fraction_is_apart = false;
@@ -51,8 +51,8 @@ struct Layout {
 };
 
 // Marks stand at the borders of fields, between all of a day's or a clock's or none.
-std::optional<Layout> LayoutOf(const Runs& runs, size_t first, size_t end, bool has_day) {
-  Layout out{first, end, has_day};
+std::optional<ClockLayout> ClockLayoutOf(const Runs& runs, size_t first, size_t end, bool has_day) {
+  ClockLayout out{first, end, has_day};
   const size_t clock = has_day ? kDayDigits : 0, fraction = clock + kTimeDigits;
   size_t at = runs.digits[first].size();
   int in_day = 0, in_clock = 0;
@@ -79,7 +79,7 @@ int64_t NumberAt(const std::string& digits, size_t at, size_t count) {
 }
 
 // The digits of day and clock.
-std::string DigitsOf(const Runs& runs, const Layout& layout) {
+std::string DigitsOf(const Runs& runs, const ClockLayout& layout) {
   std::string out;
   for (size_t i = layout.first; i < layout.end; ++i) out += runs.digits[i];
   return out;
@@ -105,14 +105,14 @@ std::optional<int64_t> SecondsOf(const std::string& digits, bool has_day) {
   return day_s + 3600 * hour + 60 * minute + second;
 }
 
-struct Reading {
+struct ClockReading {
   NameClocks clocks;
-  Layout layout;
+  ClockLayout layout;
   bool is_padded = false;  // zeros were missing
 };
 
 // How many units a second has: powers of ten, or the frames of a timecode. 0: neither.
-int64_t UnitsInASecond(const std::vector<std::string>& digits, const Layout& layout, int& timecode_fps) {
+int64_t UnitsInASecond(const std::vector<std::string>& digits, const ClockLayout& layout, int& timecode_fps) {
   int64_t units = 1;
   for (size_t i = 0; i < layout.fraction_digits; ++i) units *= 10;
   if (layout.fraction_digits != kFrameDigits) return units;
@@ -124,8 +124,8 @@ int64_t UnitsInASecond(const std::vector<std::string>& digits, const Layout& lay
   return std::find(kRates.begin(), kRates.end(), timecode_fps) == kRates.end() ? 0 : timecode_fps;
 }
 
-std::optional<Reading> ReadAs(const std::vector<Runs>& names, const Layout& layout) {
-  Reading out{{}, layout};
+std::optional<ClockReading> ReadAs(const std::vector<Runs>& names, const ClockLayout& layout) {
+  ClockReading out{{}, layout};
   out.clocks.has_day = layout.has_day;
   std::vector<std::string> digits;
   for (const Runs& runs : names) digits.push_back(DigitsOf(runs, layout));
@@ -164,7 +164,7 @@ Span DifferingRuns(const std::vector<Runs>& names) {
 }
 
 // With a day first, and of as few runs as can be first.
-void AddReadings(const std::vector<Runs>& names, std::vector<Reading>& out) {
+void AddReadings(const std::vector<Runs>& names, std::vector<ClockReading>& out) {
   if (!std::all_of(names.begin(), names.end(), [&](const Runs& one) { return AreAlike(one, names[0]); }))
     return;
   const size_t runs = names.front().digits.size();
@@ -172,8 +172,8 @@ void AddReadings(const std::vector<Runs>& names, std::vector<Reading>& out) {
   for (const bool has_day : {true, false}) {
     for (size_t first = std::min(differing.first + 1, runs); first-- > 0;) {
       for (size_t end = runs; end > first && end >= differing.end; --end) {
-        const std::optional<Layout> layout = LayoutOf(names.front(), first, end, has_day);
-        std::optional<Reading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
+        const std::optional<ClockLayout> layout = ClockLayoutOf(names.front(), first, end, has_day);
+        std::optional<ClockReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
         if (reading) out.push_back(*std::move(reading));
       }
     }
@@ -181,7 +181,7 @@ void AddReadings(const std::vector<Runs>& names, std::vector<Reading>& out) {
 }
 
 // Numbers without leading zeros: 5:59.999 as 559999. Nothing where there are no such.
-std::optional<Reading> ReadPadded(std::vector<Runs> names) {
+std::optional<ClockReading> ReadPadded(std::vector<Runs> names) {
   constexpr size_t kShortest = 5, kMilliseconds = kTimeDigits + 3;
   const Span differing = DifferingRuns(names);
   if (differing.end != differing.first + 1) return std::nullopt;
@@ -193,22 +193,23 @@ std::optional<Reading> ReadPadded(std::vector<Runs> names) {
     if (digits.size() < kMilliseconds) digits.insert(0, kMilliseconds - digits.size(), '0');
   }
   if (shortest == kMilliseconds || longest > kMilliseconds || longest < kShortest) return std::nullopt;
-  const std::optional<Layout> layout = LayoutOf(names.front(), differing.first, differing.end, false);
-  std::optional<Reading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
+  const std::optional<ClockLayout> layout =
+      ClockLayoutOf(names.front(), differing.first, differing.end, false);
+  std::optional<ClockReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
   if (reading) reading->is_padded = true;
   return reading;
 }
 
-std::vector<Reading> ReadingsOf(const std::vector<std::string>& names) {
+std::vector<ClockReading> ReadingsOf(const std::vector<std::string>& names) {
   std::vector<Runs> all;
   for (const std::string& name : names) {
     all.push_back(RunsOf(name));
     if (all.back().between != all.front().between) return {};
   }
-  std::vector<Reading> out;
+  std::vector<ClockReading> out;
   if (all.empty() || all.front().digits.empty()) return out;
   AddReadings(all, out);
-  if (std::optional<Reading> padded = ReadPadded(std::move(all))) out.push_back(*std::move(padded));
+  if (std::optional<ClockReading> padded = ReadPadded(std::move(all))) out.push_back(*std::move(padded));
   return out;
 }
 
@@ -230,14 +231,14 @@ bool GoesOver(int64_t border_ns, const std::vector<int64_t>& times_ns, int64_t u
 }
 
 // Numbers would go on where clocks go over a border.
-bool IsNoNumber(const Reading& reading) {
+bool IsNoNumber(const ClockReading& reading) {
   constexpr int64_t kShortest_ns = 2'000'000, kLongest_ns = 1'100'000'000, kHour_ns = 60 * kMinute_ns;
   constexpr int64_t kLeftOut_ns = 40 * kSecond_ns;  // 60 to 99 seconds
   const std::vector<int64_t>& times_ns = reading.clocks.times_ns;
   const int64_t usual_ns = UsualStep_ns(times_ns);
   if (reading.clocks.timecode_fps > 0) return GoesOver(kSecond_ns, times_ns, usual_ns);
   if (2 * usual_ns < kLeftOut_ns && GoesOver(kMinute_ns, times_ns, usual_ns)) return true;
-  const Layout& layout = reading.layout;
+  const ClockLayout& layout = reading.layout;
   if (reading.is_padded || layout.fraction_digits == 0 || usual_ns < kShortest_ns || usual_ns > kLongest_ns)
     return false;
   // A number of its own may stand behind a clock that does not change.
@@ -249,14 +250,14 @@ bool IsNoNumber(const Reading& reading) {
 
 std::optional<NameClocks> ReadNameClocks(const std::vector<std::string>& names) {
   if (std::optional<NameClocks> clocks = ClocksInNames(names)) return clocks;
-  std::vector<Reading> readings = ReadingsOf(names);
+  std::vector<ClockReading> readings = ReadingsOf(names);
   if (readings.empty()) return std::nullopt;
   return std::move(readings.front().clocks);
 }
 
 std::optional<NameClocks> ClocksInNames(const std::vector<std::string>& names) {
   if (names.size() < 2) return std::nullopt;
-  for (Reading& reading : ReadingsOf(names))
+  for (ClockReading& reading : ReadingsOf(names))
     if (IsNoNumber(reading)) return std::move(reading.clocks);
   return std::nullopt;
 }

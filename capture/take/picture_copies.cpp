@@ -8,7 +8,7 @@
 namespace weft {
 namespace {
 
-absl::string_view View(std::string_view text) { return {text.data(), text.size()}; }
+absl::string_view ToAbsl(std::string_view text) { return {text.data(), text.size()}; }
 
 void TrimEnd(std::string_view& text) {
   while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
@@ -29,7 +29,7 @@ bool TakeNumberInBrackets(std::string_view& name) {
 bool TakeWord(std::string_view& name) {
   constexpr std::array kWords = {"copy", "kopie", "copie", "copia"};
   for (const std::string_view word : kWords) {
-    if (name.size() < word.size() + 2 || !absl::EndsWithIgnoreCase(View(name), View(word))) continue;
+    if (name.size() < word.size() + 2 || !absl::EndsWithIgnoreCase(ToAbsl(name), ToAbsl(word))) continue;
     std::string_view before = name.substr(0, name.size() - word.size());
     if (before.back() != ' ' && before.back() != '_' && before.back() != '-') continue;
     while (!before.empty() && (before.back() == ' ' || before.back() == '_' || before.back() == '-'))
@@ -44,7 +44,8 @@ bool TakeWord(std::string_view& name) {
 
 std::string OriginalOfCopy(std::string_view name) {
   constexpr std::string_view kBefore = "copy of ";
-  if (absl::StartsWithIgnoreCase(View(name), View(kBefore))) return std::string(name.substr(kBefore.size()));
+  if (absl::StartsWithIgnoreCase(ToAbsl(name), ToAbsl(kBefore)))
+    return std::string(name.substr(kBefore.size()));
   std::string_view original = name;
   if (TakeNumberInBrackets(original)) {
     TakeWord(original);

@@ -17,7 +17,7 @@ struct SizedPicture {
 };
 using PicturesBySize = std::map<Size, std::vector<SizedPicture>>;
 
-std::string Words(const Size& size) { return absl::StrCat(size.first, "x", size.second); }
+std::string SizeInPixels(const Size& size) { return absl::StrCat(size.first, "x", size.second); }
 
 std::string FrameNames(const std::vector<SizedPicture>& pictures) {
   std::vector<std::string> names;
@@ -35,18 +35,18 @@ absl::Status AddOdd(const std::string& camera, const PicturesBySize& sizes, OddP
   std::vector<std::string> others;
   for (const auto& [size, pictures] : sizes) {
     if (size == most->first) continue;
-    others.push_back(absl::StrCat(Words(size), " (", FrameNames(pictures), ")"));
+    others.push_back(absl::StrCat(SizeInPixels(size), " (", FrameNames(pictures), ")"));
     for (const SizedPicture& picture : pictures)
-      odd.why[picture.path] =
-          absl::StrCat("is ", Words(size), " pixels, most pictures of ", camera, " are ", Words(most->first));
+      odd.why[picture.path] = absl::StrCat("is ", SizeInPixels(size), " pixels, most pictures of ", camera,
+                                           " are ", SizeInPixels(most->first));
   }
   if (4 * most->second.size() < 3 * all) {
     return absl::InvalidArgumentError(
-        absl::StrCat("camera ", camera, ": its pictures have several sizes, ", Words(most->first), " (",
-                     FrameNames(most->second), ") and ", FirstNames(others),
+        absl::StrCat("camera ", camera, ": its pictures have several sizes, ", SizeInPixels(most->first),
+                     " (", FrameNames(most->second), ") and ", FirstNames(others),
                      "; a camera has one, so import each size as a take or a camera of its own"));
   }
-  odd.notes.push_back(absl::StrCat("camera ", camera, ": its pictures are ", Words(most->first),
+  odd.notes.push_back(absl::StrCat("camera ", camera, ": its pictures are ", SizeInPixels(most->first),
                                    " pixels, and those of another size are missing: ", FirstNames(others)));
   return absl::OkStatus();
 }

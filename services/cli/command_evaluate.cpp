@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
 #include "services/cli/evaluate_avatar.h"
 #include "services/cli/print_verdict.h"
@@ -143,6 +145,20 @@ void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
                    "Leave out geodesic distortion and texture drift, which take long");
 }
 
+// Its report.html and tables would take the place of the job's.
+absl::Status CheckOutIsNoResult(const EvaluateOptions& options) {
+  std::error_code error;
+  for (const std::string& result : {options.request.result, options.against}) {
+    if (options.out.empty() || !std::filesystem::equivalent(options.out, result, error)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("--out ", options.out,
+                     ": is the result itself, whose report.html would be replaced; give a folder of "
+                     "its own, ",
+                     options.out, "/evaluation"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
@@ -188,6 +204,7 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--json", options->json,
                     "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
   RunHereOrAtDaemon(*command, line, [options, &line] {
+    if (absl::Status status = CheckOutIsNoResult(*options); !status.ok()) return status;
     if (!options->avatar.scoring.avatar.empty()) return EvaluateAvatarCommand(*options, line.quiet);
     return options->against.empty() ? EvaluateCommand(*options, line.quiet)
                                     : CompareCommand(*options, line.quiet);

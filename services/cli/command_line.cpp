@@ -66,7 +66,7 @@ CLI::Validator OneOf(std::vector<std::string> names) {
 
 CLI::Validator OneLengthUnit() {
   std::vector<std::string> names;
-  for (const LengthUnit& unit : LengthUnits()) names.emplace_back(unit.name);
+  for (const UnitOfLength& unit : UnitsOfLength()) names.emplace_back(unit.name);
   const std::string listed = absl::StrJoin(names, ",");
   return {[names = std::move(names)](std::string& value) {
             if (LengthUnitNamed(value)) return std::string();

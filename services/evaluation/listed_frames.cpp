@@ -39,10 +39,6 @@ absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& resul
   if (!reports.ok()) return reports.status();
   std::set<std::string> distinct(meshes->begin(), meshes->end());
   distinct.insert(reports->begin(), reports->end());
-  // A dump has its template beside its frames.
-  std::erase_if(distinct, [&](const std::string& name) {
-    return fs::exists(fs::path(result) / name / "template.json");
-  });
   std::vector<std::string> names(distinct.begin(), distinct.end());
   std::sort(names.begin(), names.end(), NaturalLess);
   return names;

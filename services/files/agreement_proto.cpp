@@ -24,6 +24,7 @@ void DescribeAgreement(const CameraAgreement& agreement, const Rig& rig, v1::Vie
   out.set_compared(agreement.compared);
   out.set_agreeing(agreement.agreeing);
   out.set_median_px(agreement.median_px);
+  out.set_common_px(agreement.common_px);
   out.set_scale(agreement.scale);
   out.set_scale_sigma(agreement.scale_sigma);
   out.set_perspective(agreement.perspective);

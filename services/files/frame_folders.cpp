@@ -16,6 +16,7 @@ absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& res
   fs::directory_iterator entry(result, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     std::error_code no_file;
+    if (fs::exists(entry->path() / "template.json", no_file)) continue;  // stands beside the frames of a take
     if (fs::is_regular_file(entry->path() / FileName(file), no_file))
       names.push_back(entry->path().filename().string());
   }

@@ -9,8 +9,8 @@
 
 namespace weft {
 
-// Names of the folders of `result` that hold such a file, in their natural order. NotFound,
-// PermissionDenied: the folder cannot be listed.
+// Names of the folders of `result` that hold such a file, in their natural order, but for templates.
+// NotFound, PermissionDenied: the folder cannot be listed.
 absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& result,
                                                           FrameFile file = FrameFile::kMesh);
 

@@ -168,6 +168,39 @@ RawFrameSet ReadSet(const std::map<std::string, std::string>& files, const std::
   return set;
 }
 
+// What became of the pictures of a folder.
+struct PictureCount {
+  uint64_t found = 0, unread = 0;
+  uint64_t sets = 0, whole_sets = 0;
+  std::string first_reason;
+
+  void Add(const std::map<std::string, std::string>& files, const RawFrameSet& set) {
+    found += files.size();
+    ++sets;
+    whole_sets += set.missing.empty();
+    for (const auto& [camera, reason] : set.missing) {
+      if (!files.contains(camera)) continue;
+      if (unread++ == 0) first_reason = reason;
+    }
+  }
+  absl::Status AllUnread() const {
+    if (found == 0 || unread < found) return absl::OkStatus();
+    return absl::DataLossError(
+        absl::StrCat("none of the ", found, " pictures could be read, the first: ", first_reason));
+  }
+  std::vector<std::string> Notes() const {
+    std::vector<std::string> notes;
+    if (unread > 0)
+      notes.push_back(
+          absl::StrCat(unread, " of ", found, " pictures are missing, the first: ", first_reason));
+    if (sets > 0 && whole_sets == 0)
+      notes.push_back(
+          "no frame has pictures of all cameras: frames are taken by their names, <frame>/<camera>.png or "
+          "<camera>/<frame>.png, so a frame has the same name at each camera");
+    return notes;
+  }
+};
+
 }  // namespace
 
 absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
@@ -200,14 +233,19 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   if (!copy.ok()) return copy.status();
   for (const std::string& note : imported.notes) copy->Note(note);
   uint64_t done = 0;
+  PictureCount count;
   for (const auto& [name, files] : folder->frames) {
-    if (!copy->Add(ReadSet(files, ids, (*places)[done], *odd, options.mosaic))) break;
+    RawFrameSet set = ReadSet(files, ids, (*places)[done], *odd, options.mosaic);
+    count.Add(files, set);
+    if (!copy->Add(std::move(set))) break;
     ++done;
     if (progress) progress(done, folder->frames.size());
   }
   const absl::StatusOr<uint64_t> sets = copy->Finish();
   if (!sets.ok()) return sets.status();
+  if (absl::Status status = count.AllUnread(); !status.ok()) return status;
   imported.sets = *sets;
+  for (std::string& note : count.Notes()) imported.notes.push_back(std::move(note));
   return imported;
 }
 

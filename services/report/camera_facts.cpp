@@ -33,6 +33,7 @@ void Add(const v1::CameraAgreement& agreement, Sums& sums) {
   standing.agreeing += agreement.agreeing();
   ++standing.frames;
   standing.median_px += (agreement.median_px() - standing.median_px) / standing.frames;
+  standing.common_px += (agreement.common_px() - standing.common_px) / standing.frames;
   standing.frames_apart += agreement.agreeing() < kAgreeingShare * compared ? 1 : 0;
   if (!agreement.fits_camera().empty() || !agreement.fits_turned().empty()) {
     ++sums.fits[{agreement.fits_camera(), agreement.fits_part(), agreement.fits_turned()}];

@@ -94,6 +94,7 @@ void AssessInputs(const Totals& sum, const CameraFacts& facts, v1::Verdict& verd
                  : "");
   }
   if (!is_named) AddAgreementCheck(facts.cameras, verdict);
+  AddOffsetCheck(facts.cameras, verdict);
   AddSightCheck(facts.cameras, verdict);
   AddBlankCheck(facts.cameras, verdict);
   AddRepeatCheck(facts.cameras, verdict);

@@ -133,7 +133,9 @@ absl::StatusOr<std::vector<std::string>> ListTruthFrames(const std::string& trut
   std::vector<std::string> names;
   for (std::string& name : NamesIn(truth_folder, "")) {
     std::error_code error;
-    if (fs::exists(fs::path(truth_folder) / name / "mesh.ply", error)) names.push_back(std::move(name));
+    const fs::path folder = fs::path(truth_folder) / name;
+    const bool is_template = fs::exists(folder / "template.json", error);  // beside the frames of a take
+    if (!is_template && fs::exists(folder / "mesh.ply", error)) names.push_back(std::move(name));
   }
   if (!names.empty()) return names;
   return absl::NotFoundError(absl::StrCat(

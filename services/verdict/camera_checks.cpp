@@ -81,8 +81,16 @@ int ImagesOf(const std::vector<CameraStanding>& cameras, const Names& names) {
   return images;
 }
 
+// " in 4 of 8 frames", of an exchange during the take; else nothing.
+std::string PartOfFrames(const CameraStanding& camera) {
+  return camera.has_other_size || camera.frames_apart == camera.frames
+             ? ""
+             : absl::StrCat(" in ", camera.frames_apart, " of ", camera.frames, " frames");
+}
+
 std::string RingText(const Names& ring, const std::vector<CameraStanding>& cameras) {
   const CameraStanding& camera = Named(cameras, ring[0]);
+  const std::string when = PartOfFrames(camera);
   if (camera.has_other_size)
     return absl::StrCat(CamerasText(ring), " are exchanged: their images have each other's size");
   const std::string distance =
@@ -90,14 +98,13 @@ std::string RingText(const Names& ring, const std::vector<CameraStanding>& camer
           ? absl::StrFormat(", %.1f px off there, %.0f px at its own", camera.fits_px, camera.median_px)
           : "";
   if (ring.size() == 2)
-    return absl::StrCat("cameras ", ring[0], " and ", ring[1],
-                        " are exchanged: what each of them saw fits the ", PartText(camera), " of the other",
-                        distance);
+    return absl::StrCat("cameras ", ring[0], " and ", ring[1], " are exchanged", when,
+                        ": what each of them saw fits the ", PartText(camera), " of the other", distance);
   Names steps;
   for (size_t i = 0; i < ring.size(); ++i)
     steps.push_back(
         absl::StrCat(ring[i], " saw what fits the ", PartText(camera), " of ", ring[(i + 1) % ring.size()]));
-  return absl::StrCat(CamerasText(ring), " are exchanged: ", absl::StrJoin(steps, ", "));
+  return absl::StrCat(CamerasText(ring), " are exchanged", when, ": ", absl::StrJoin(steps, ", "));
 }
 
 // Of several rings each writes the rig that the next one reads.
@@ -214,6 +221,11 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
     told.insert(ring.begin(), ring.end());
     reasons.push_back(RingText(ring, cameras));
     const CameraStanding& camera = Named(cameras, ring[0]);
+    if (!PartOfFrames(camera).empty()) {
+      remedies.push_back(absl::StrCat("Register these frames apart (--frames), with the rig of ",
+                                      RingRemedy(ring, camera, remedies.size(), rings.size())));
+      continue;
+    }
     remedies.push_back(absl::StrCat(IsWhole(camera)
                                         ? "Exchange the cables, or the cameras of the rig with "
                                         : "Calibrate again, or exchange what the rig has of them with ",
@@ -263,6 +275,20 @@ void AddAgreementCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& 
   if (judged == 0) return;
   const CameraFault fault = FaultOf(cameras);
   AddCheck(verdict, kRegisterCamerasAgree, 100.0 * (judged - apart) / judged, fault.reason, fault.remedy);
+}
+
+void AddOffsetCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
+  constexpr size_t kFewest = 3;
+  std::vector<double> offsets_px;
+  for (const CameraStanding& camera : cameras)
+    if (IsJudged(camera) && !IsApart(camera)) offsets_px.push_back(camera.common_px);
+  if (offsets_px.size() < kFewest) return;
+  const double usual_px = Median(std::move(offsets_px));
+  AddCheck(
+      verdict, kRegisterOffset, usual_px,
+      absl::StrFormat("most cameras see whole regions of the cloth %.2g px from where the others see them: "
+                      "images of several cameras are of another moment, or the calibration is off",
+                      usual_px));
 }
 
 void AddScaleCheck(const CameraFacts& facts, v1::Verdict& verdict) {

@@ -91,6 +91,18 @@ inline constexpr Limit kRegisterCamerasAgree{
     Better::kMore,
     1,
     "Check that each camera stands where the rig says and that its images are its own."};
+// As calibration.uncertainty. Right takes: see the last line of `accuracy_cameras`. Of the preset tiny right
+// cameras have 0.01 px, and 0.31 px where every other one is a frame late (November 2026).
+inline constexpr Limit kRegisterOffset{
+    "register.offset",
+    "offset that cells near each other share, of most cameras",
+    "px",
+    0.2,
+    2,
+    Better::kLess,
+    2,
+    "See whether all cameras are in time (`weft take sync`), and whether the rig is the one of this take; "
+    "else calibrate again."};
 inline constexpr Limit kRegisterCamerasSee{
     "register.cameras_see",
     "cameras that see the cloth that faces them",
@@ -323,6 +335,7 @@ inline constexpr std::array kLimits = {
     &kRegisterRaysMeet,
     &kRegisterCamerasKnown,
     &kRegisterCamerasAgree,
+    &kRegisterOffset,
     &kRegisterCamerasSee,
     &kRegisterImagesSee,
     &kRegisterImagesNew,

@@ -56,6 +56,19 @@ TEST(CheckStartMesh, RefusesAnotherOrder) {
   EXPECT_THAT(StartErrorOf(shuffled), HasSubstr("another order"));
 }
 
+// Neighbours stay neighbours within such a block.
+TEST(CheckStartMesh, RefusesABlockInAnotherOrder) {
+  TriangleMesh start = Bent();
+  std::reverse(start.vertices_mm.begin(), start.vertices_mm.begin() + kSheetSide);
+  EXPECT_THAT(StartErrorOf(start), HasSubstr("are some of its vertices in another order?"));
+}
+
+TEST(CheckStartMesh, RefusesAnotherSize) {
+  TriangleMesh start = Bent();
+  for (Eigen::Vector3d& v : start.vertices_mm) v *= 1.3;
+  EXPECT_THAT(StartErrorOf(start), HasSubstr("times as long as the template's"));
+}
+
 TEST(CheckStartMesh, RefusesAnotherUnit) {
   TriangleMesh start = Bent();
   for (Eigen::Vector3d& v : start.vertices_mm) v /= 1000;

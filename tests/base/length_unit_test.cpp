@@ -5,7 +5,7 @@
 namespace weft {
 namespace {
 
-TEST(LengthUnit, IsFoundAsPeopleWriteIt) {
+TEST(UnitOfLength, IsFoundAsPeopleWriteIt) {
   const struct {
     double mm;
     std::initializer_list<const char*> names;

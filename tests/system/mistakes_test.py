@@ -184,6 +184,7 @@ MISTAKES = [
     ("one camera mirrored", lambda s: s.pictures_of("c05", "hflip"), USABLE, r"c05.*(mirrored|sees)"),
     ("one camera out of focus", lambda s: s.pictures_of("c05", "gblur=sigma=9"), USABLE, r"c05 sees (nothing|little) of the cloth"),
     ("one camera a frame late", lambda s: late(s, "c05"), USABLE, r"c05.*another moment"),
+    ("half of the cameras a frame late", lambda s: half_late(s), USABLE, r"of another moment"),
     ("one camera that stands still", lambda s: frozen(s, "c05"), USABLE, r"c05 stood still"),
     ("every frame twice", lambda s: doubled(s), USABLE, r"stood still|frame before"),
     ("files of two cameras exchanged", lambda s: files_exchanged(s, "c02", "c08"), USABLE, r"c02 and c08 are exchanged"),
@@ -218,6 +219,16 @@ def late(studio, camera):
     for frame, picture in zip(studio.frames[1:], pictures):
         write(f"{studio.take}/{frame}/{camera}.png", picture)
     os.remove(f"{studio.take}/{studio.frames[0]}/{camera}.png")
+    return studio.register_arguments()
+
+
+def half_late(studio):
+    cameras = [name.removesuffix(".png") for name in studio.images]
+    for camera in cameras[1::2]:
+        late(studio, camera)
+    for camera in cameras[::2]:
+        os.remove(f"{studio.take}/{studio.frames[0]}/{camera}.png")
+    os.rmdir(f"{studio.take}/{studio.frames[0]}")
     return studio.register_arguments()
 
 

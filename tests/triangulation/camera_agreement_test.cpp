@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "base/median.h"
 #include "tests/triangulation/synthetic_views.h"
 #include "triangulation/clean.h"
 
@@ -39,6 +40,12 @@ std::vector<ViewObservations> ObserveTube(const Rig& rig, double sigma_px, uint3
   return views;
 }
 
+double MedianCommonPx(const std::vector<CameraAgreement>& agreements) {
+  std::vector<double> common_px;
+  for (const CameraAgreement& agreement : agreements) common_px.push_back(agreement.common_px);
+  return Median(std::move(common_px));
+}
+
 // Cameras of `rig` with the places of others: camera c stands where the rig says that places[c] does.
 std::vector<ViewObservations> Exchanged(std::vector<ViewObservations> views, const std::vector<int>& places) {
   std::vector<ViewObservations> out(views.size());
@@ -66,6 +73,28 @@ std::vector<CameraAgreement> AgreementsOf(const Rig& rig, const std::vector<View
 
 double Share(const CameraAgreement& agreement) {
   return agreement.compared > 0 ? static_cast<double>(agreement.agreeing) / agreement.compared : -1;
+}
+
+// Every other camera saw the cloth a little later, 0.6 mm higher.
+TEST(CameraAgreement, WhatOffsetsShareTellsOfTimeAndNotOfNoise) {
+  const Rig rig = RingRig(16);
+  for (const double sigma_px : {0.1, 0.5}) {
+    std::vector<ViewObservations> views = ObserveTube(rig, sigma_px, 3);
+    EXPECT_LT(MedianCommonPx(AgreementsOf(rig, views)), 0.1) << sigma_px;
+    double offset_px = 0;
+    for (ViewObservations& view : views) {
+      if (view.camera % 2 == 0) continue;
+      const CameraModel& camera = rig.cameras[view.camera];
+      const Eigen::Vector2d at = *camera.Project(Eigen::Vector3d(0, 0, 0));
+      const Eigen::Vector2d later = *camera.Project(Eigen::Vector3d(0, 0.6, 0));
+      offset_px = (later - at).norm();
+      for (Observation& o : view.observations)
+        o.x_px += static_cast<float>((later - at).x()), o.y_px += static_cast<float>((later - at).y());
+    }
+    const double common_px = MedianCommonPx(AgreementsOf(rig, views));
+    EXPECT_GT(common_px, 0.3 * offset_px) << sigma_px;
+    EXPECT_LT(common_px, 0.7 * offset_px) << sigma_px;
+  }
 }
 
 TEST(CameraAgreement, RightCamerasAgreeAndNoOtherPlaceIsLookedFor) {

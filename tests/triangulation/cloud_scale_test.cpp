@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace weft {
 namespace {
 
@@ -32,6 +35,29 @@ TEST(CloudScale, WrongCellsChangeNothing) {
   Cloud cloud = Sheet(40, 40, 2.5, 2.5);
   for (size_t i = 0; i < cloud.points.size(); i += 10) cloud.points[i].position_mm.z() = 500;
   EXPECT_NEAR(MeasureCloudScale(cloud, OfPrint).value(), 1, 1e-12);
+}
+
+// Distances between neighbours that are 12 % noise would be 3 % too long.
+TEST(CloudScale, NoiseDoesNotStretch) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 0.3);
+  Cloud cloud = Sheet(40, 40, 2.5, 2.5);
+  for (CloudPoint& point : cloud.points)
+    for (double& coordinate : point.position_mm) coordinate += noise(random);
+  EXPECT_NEAR(MeasureCloudScale(cloud, OfPrint).value(), 1, 0.01);
+}
+
+// Around a fold of 5 mm, chords of cells are 1 % shorter than the cloth along it.
+TEST(CloudScale, BendsShortenByTheirChordsAlone) {
+  Cloud cloud = Sheet(40, 40, 2.5, 2.5);
+  constexpr double kRadius_mm = 5;
+  for (CloudPoint& point : cloud.points) {
+    const double angle = point.position_mm.x() / kRadius_mm;
+    point.position_mm.x() = kRadius_mm * std::sin(angle),
+    point.position_mm.z() = kRadius_mm * std::cos(angle);
+  }
+  const double chord = 2 * kRadius_mm * std::sin(1.25 / kRadius_mm) / 2.5;
+  EXPECT_NEAR(MeasureCloudScale(cloud, OfPrint).value(), std::sqrt(chord), 1e-9);
 }
 
 TEST(CloudScale, FewCellsOrAnUnknownPrintTellNothing) {

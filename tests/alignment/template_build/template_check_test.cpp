@@ -85,6 +85,40 @@ TEST(TemplateCheck, RightTemplatesPass) {
   }
 }
 
+std::vector<int> BlanksOf(const Template& garment) {
+  std::vector<int> blanks;
+  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v)
+    if (garment.node_of_vertex[v].row < 0) blanks.push_back(static_cast<int>(v));
+  return blanks;
+}
+
+// The board says nothing of them, their neighbours do.
+TEST(TemplateCheck, VerticesWithoutACellInAnotherOrderAreRefused) {
+  int tried = 0;
+  for (const Built& built : Garments()) {
+    const std::vector<int> blanks = BlanksOf(built.garment);
+    if (blanks.size() < 20) continue;
+    Template wrong = built.garment;
+    std::vector<Eigen::Vector3d>& places = wrong.rest.vertices_mm;
+    const std::vector<Eigen::Vector3d> right = places;
+    for (size_t i = 0; i < blanks.size(); ++i)
+      places[static_cast<size_t>(blanks[i])] = right[static_cast<size_t>(blanks[blanks.size() - 1 - i])];
+    EXPECT_THAT(std::string(CheckTemplateMap(wrong).message()),
+                HasSubstr("vertices without cells. Mesh and map are not in the same order"))
+        << built.name;
+    // Two that lie far apart.
+    places = right;
+    const auto far = std::max_element(blanks.begin(), blanks.end(), [&](int a, int b) {
+      const Eigen::Vector3d& from = right[static_cast<size_t>(blanks[0])];
+      return (right[static_cast<size_t>(a)] - from).norm() < (right[static_cast<size_t>(b)] - from).norm();
+    });
+    std::swap(places[static_cast<size_t>(blanks[0])], places[static_cast<size_t>(*far)]);
+    EXPECT_FALSE(CheckTemplateMap(wrong).ok()) << built.name;
+    ++tried;
+  }
+  EXPECT_GT(tried, 5);
+}
+
 class Random {
  public:
   explicit Random(uint64_t seed) : random_(seed) {}

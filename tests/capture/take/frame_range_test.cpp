@@ -8,17 +8,17 @@ namespace {
 
 using ::testing::HasSubstr;
 
-using Names = std::vector<std::string>;
+using FrameNames = std::vector<std::string>;
 
 // "first:end" of the positions, or the error.
-std::string Found(const std::string& text, const Names& names) {
+std::string Found(const std::string& text, const FrameNames& names) {
   const auto range = FindFrameRange(text, names, "DUMP");
   return range.ok() ? std::to_string(range->first) + ":" + std::to_string(range->end)
                     : std::string(range.status().message());
 }
 
 TEST(FrameRange, FindsFramesByName) {
-  const Names names = {"0007", "0008", "0009", "0012", "0013"};
+  const FrameNames names = {"0007", "0008", "0009", "0012", "0013"};
   EXPECT_EQ(Found("", names), "0:5");
   EXPECT_EQ(Found("0008", names), "1:2");
   EXPECT_EQ(Found("8", names), "1:2");
@@ -31,7 +31,7 @@ TEST(FrameRange, FindsFramesByName) {
 }
 
 TEST(FrameRange, CountsPositionsWhereNamesAreNoNumbers) {
-  const Names names = {"walk_a", "walk_b", "walk_c"};
+  const FrameNames names = {"walk_a", "walk_b", "walk_c"};
   EXPECT_EQ(Found("walk_b", names), "1:2");
   EXPECT_EQ(Found("walk_b:", names), "1:3");
   EXPECT_EQ(Found("0:2", names), "0:2");
@@ -41,7 +41,7 @@ TEST(FrameRange, CountsPositionsWhereNamesAreNoNumbers) {
 }
 
 TEST(FrameRange, ErrorsListWhatIsThere) {
-  const Names names = {"0000", "0001", "0011"};
+  const FrameNames names = {"0000", "0001", "0011"};
   EXPECT_THAT(Found("0099", names), HasSubstr("frame 0099 is not in DUMP; it has 3 frames, 0000 to 0011"));
   EXPECT_THAT(Found("5", names), HasSubstr("frame 5 is not in DUMP"));
   EXPECT_THAT(Found("0:99", names), HasSubstr("frame 99 is not in DUMP"));

@@ -21,8 +21,8 @@ FrameTimes Times(const std::vector<std::string>& names, double fps = 0) {
 }
 
 // Rounded to units of `unit_ns`, with `before` in front.
-std::vector<std::string> Film(const std::string& before, int64_t start_ns, double fps, int64_t unit_ns,
-                              int frames = 40) {
+std::vector<std::string> FilmNames(const std::string& before, int64_t start_ns, double fps, int64_t unit_ns,
+                                   int frames = 40) {
   std::vector<std::string> names;
   for (int i = 0; i < frames; ++i) {
     const double ns = static_cast<double>(start_ns) + 1e9 / fps * i;
@@ -74,7 +74,7 @@ TEST(FrameTimes, MayHaveTextBeforeAndBehindThem) {
                                           {kSinceBoot_ns, 1000},
                                           {1'623'840'123'456'789'012, 1000},
                                           {1'623'840'123'456'789'012, 1'000'000}}) {
-    const std::vector<std::string> names = Film("frame_", start_ns, 30, unit_ns);
+    const std::vector<std::string> names = FilmNames("frame_", start_ns, 30, unit_ns);
     const FrameTimes times = Times(names);
     EXPECT_EQ(times.times_ns.front(), std::llround(double(start_ns) / double(unit_ns)) * unit_ns) << names[0];
     EXPECT_EQ(times.numbers.back(), 39u) << names[0];
@@ -100,7 +100,7 @@ TEST(FrameTimes, InMsAreKnownByTheirRounding) {
   for (const double fps : {24.0, 30.0, 29.97, 60.0, 120.0, 15.0}) {
     for (const int64_t start_ns : {0, 1'000'000'000}) {
       for (const int frames : {40, 400}) {
-        const std::vector<std::string> names = Film("", start_ns, fps, 1'000'000, frames);
+        const std::vector<std::string> names = FilmNames("", start_ns, fps, 1'000'000, frames);
         const FrameTimes times = Times(names);
         EXPECT_EQ(times.numbers.back(), static_cast<uint64_t>(frames - 1)) << fps << " from " << names[0];
       }
@@ -117,7 +117,7 @@ TEST(FrameTimes, InMsAreKnownByTheirRounding) {
   EXPECT_EQ(Times(dropped).numbers, truth);
   EXPECT_THAT(Times(dropped).words, HasSubstr("usually 33.333 ms"));
   // Picked evenly from a film.
-  EXPECT_FALSE(HasTimes(Film("", 0, 1000.0 / 37.3, 1'000'000)));
+  EXPECT_FALSE(HasTimes(FilmNames("", 0, 1000.0 / 37.3, 1'000'000)));
   EXPECT_FALSE(HasTimes({"33", "67", "100"}));
 }
 
@@ -180,6 +180,11 @@ TEST(FrameTimes, RefusesDecimalsThatAreNotInTheOrderOfTheirValues) {
   const auto times = TimesInNames({"1.5", "1.6", "1.55"}, 0);
   EXPECT_EQ(times.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(times.status().message()), HasSubstr("1.6 and 1.55 are decimals of other lengths"));
+  // As programs print them: 0.5 comes before 0.25 by its name.
+  const auto whole = TimesInNames({"0", "0.5", "0.25", "0.75", "1", "1.25"}, 0);
+  EXPECT_THAT(std::string(whole.status().message()), HasSubstr("0.5 and 0.25 are decimals of other lengths"));
+  EXPECT_THAT(Times({"0", "0.5", "1", "1.5"}).times_ns,
+              ElementsAre(0, 500'000'000, 1'000'000'000, 1'500'000'000));
   EXPECT_THAT(Times({"1623840123.45", "1623840123.5", "1623840123.55"}, 20).numbers, ElementsAre(0, 1, 2));
 }
 

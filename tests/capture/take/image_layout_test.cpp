@@ -5,11 +5,11 @@
 namespace weft {
 namespace {
 
-using Names = std::set<std::string>;
+using NameSet = std::set<std::string>;
 
 TEST(ImageLayout, FoldersAreFramesAsAgreed) {
   const struct {
-    Names folders, files;
+    NameSet folders, files;
   } kDumps[] = {{{"0000", "0001"}, {"c00", "c01"}},
                 {{"0000", "0001"}, {"400002", "400015"}},
                 {{"004396", "004397"}, {"400002", "400015"}},
@@ -28,7 +28,7 @@ TEST(ImageLayout, FoldersAreFramesAsAgreed) {
 
 TEST(ImageLayout, NamesTellFoldersOfCameras) {
   const struct {
-    Names folders, files;
+    NameSet folders, files;
   } kDumps[] = {{{"c00", "c01"}, {"0000", "0001"}},       {{"Cam_1", "Cam_2"}, {"1", "2", "3"}},
                 {{"left", "right"}, {"000000"}},          {{"view3"}, {"img_0001", "img_0002"}},
                 {{"400002", "400015"}, {"000", "001"}},   {{"400002", "400015"}, {"frame1", "frame2"}},
@@ -43,7 +43,7 @@ TEST(ImageLayout, NamesTellFoldersOfCameras) {
 
 TEST(ImageLayout, SaysWhereNamesLeaveItOpen) {
   const struct {
-    Names folders, files;
+    NameSet folders, files;
   } kDumps[] = {
       {{"0", "1"}, {"0", "1", "2"}}, {{"0000", "0001"}, {"0000", "0001"}}, {{"c0", "c1"}, {"v0", "v1"}}};
   for (const auto& [folders, files] : kDumps) {

@@ -11,7 +11,7 @@
 namespace weft {
 namespace {
 
-constexpr int64_t kMs = 1'000'000, kSecond = 1'000 * kMs, kMinute = 60 * kSecond, kHour = 60 * kMinute;
+constexpr int64_t kMs = 1'000'000, kOneSecond = 1'000 * kMs, kMinute = 60 * kOneSecond, kHour = 60 * kMinute;
 
 using ::testing::ElementsAre;
 
@@ -26,8 +26,8 @@ TEST(NameClocks, AreReadOverTheEndOfAMinuteAndAnHour) {
                           10 * kHour + 16 * kMinute + 33 * kMs));
   EXPECT_THAT(Clocks({"img_105959960.l", "img_110000000.l"}), ElementsAre(11 * kHour - 40 * kMs, 11 * kHour));
   EXPECT_THAT(Clocks({"101558", "101559", "101600"}),
-              ElementsAre(10 * kHour + 15 * kMinute + 58 * kSecond, 10 * kHour + 15 * kMinute + 59 * kSecond,
-                          10 * kHour + 16 * kMinute));
+              ElementsAre(10 * kHour + 15 * kMinute + 58 * kOneSecond,
+                          10 * kHour + 15 * kMinute + 59 * kOneSecond, 10 * kHour + 16 * kMinute));
   EXPECT_THAT(Clocks({"000059983333", "000100000000", "000100016667"}),
               ElementsAre(kMinute - 16'667'000, kMinute, kMinute + 16'667'000));
   // A number of the clock's digits, and a stopwatch.
@@ -36,8 +36,9 @@ TEST(NameClocks, AreReadOverTheEndOfAMinuteAndAnHour) {
 }
 
 TEST(NameClocks, HaveADayOrMarks) {
-  constexpr int64_t kDay_ns = 1'623'801'600 * kSecond;  // 2021-06-16, `date -u -d 2021-06-16 +%s`
-  const int64_t first = kDay_ns + 10 * kHour + 15 * kMinute + kSecond + 980 * kMs, second = first + 40 * kMs;
+  constexpr int64_t kDay_ns = 1'623'801'600 * kOneSecond;  // 2021-06-16, `date -u -d 2021-06-16 +%s`
+  const int64_t first = kDay_ns + 10 * kHour + 15 * kMinute + kOneSecond + 980 * kMs,
+                second = first + 40 * kMs;
   for (const auto& [a, b] : {std::pair("2021-06-16_10-15-01.980", "2021-06-16_10-15-02.020"),
                              {"20210616101501980", "20210616101502020"},
                              {"c3_20210616_101501980", "c3_20210616_101502020"},
@@ -101,7 +102,7 @@ TEST(NameClocks, AreReadAsTheyWereWritten) {
           const auto ns = start_ms * kMs + static_cast<int64_t>(1e9 / fps * frame);
           truth.push_back(ns / unit * unit);
           names.push_back(absl::StrFormat("%02d%02d%02d%0*d", ns / kHour, ns / kMinute % 60,
-                                          ns / kSecond % 60, digits, ns % kSecond / unit));
+                                          ns / kOneSecond % 60, digits, ns % kOneSecond / unit));
         }
         EXPECT_EQ(Clocks(names), truth) << fps << " from " << names.front();
         const FrameSteps steps(names);

@@ -262,11 +262,28 @@ TEST(TakeCopy, PicturesOfAnotherSizeAreMissingAndNamed) {
   ASSERT_TRUE(WriteImageFile(temp / "images/0002/c00.png", other).ok());
   const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
   ASSERT_TRUE(imported.ok()) << imported.status();
-  EXPECT_THAT(imported->notes, ElementsAre(HasSubstr("missing: 3x5 (0002)")));
+  EXPECT_THAT(imported->notes, ElementsAre(HasSubstr("missing: 3x5 (0002)"),
+                                           HasSubstr("1 of 4 pictures are missing, the first: ")));
   const auto take = RecordedTake::Open(temp / "take");
   EXPECT_TRUE((*take)->ReadRaw(1, 0).ok());
   EXPECT_THAT(std::string((*take)->ReadRaw(2, 0).status().message()),
               HasSubstr("is 3x5 pixels, most pictures"));
+}
+
+TEST(TakeCopy, PicturesOfWhichNoneCanBeReadAreNoTake) {
+  const TempFolder temp;
+  WriteBytes(temp / "images/0000/c00.png", "\x89PNG\r\n\x1a\nends here");
+  const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
+  EXPECT_EQ(imported.status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(imported.status().message()), HasSubstr("none of the 1 pictures could be read"));
+}
+
+TEST(TakeCopy, FramesOfOneCameraEachAreSaid) {
+  const TempFolder temp;
+  WritePictures(temp / "images", {"0000/c00.png", "0001/c01.png"});
+  const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_THAT(imported->notes.back(), HasSubstr("no frame has pictures of all cameras"));
 }
 
 TEST(TakeCopy, NumbersThatMayBeTimesAreSaidAndTaken) {
@@ -275,14 +292,14 @@ TEST(TakeCopy, NumbersThatMayBeTimesAreSaidAndTaken) {
   const auto numbers = ImportImages(temp / "images", temp / "numbers", SmallCopy());
   ASSERT_TRUE(numbers.ok()) << numbers.status();
   EXPECT_THAT(numbers->notes, ElementsAre(HasSubstr("--names s, ms, us, ns or clock")));
-  EXPECT_EQ(SetsOf(temp / "numbers")[1].first, 80u);
+  EXPECT_EQ(SetsOf(temp / "numbers")[1].number, 80u);
   TakeCopyOptions options = SmallCopy();
   options.names = NameMeaning::kMilliseconds;
   const auto times = ImportImages(temp / "images", temp / "times", options);
   ASSERT_TRUE(times.ok()) << times.status();
   EXPECT_THAT(times->notes, ElementsAre(HasSubstr("times in ms")));
-  EXPECT_EQ(SetsOf(temp / "times")[1].first, 1u);
-  EXPECT_EQ(SetsOf(temp / "times")[1].second, 80'000'000);
+  EXPECT_EQ(SetsOf(temp / "times")[1].number, 1u);
+  EXPECT_EQ(SetsOf(temp / "times")[1].time_ns, 80'000'000);
 }
 
 }  // namespace

@@ -94,6 +94,7 @@ const std::map<std::string, Change>& Cases() {
        }},
       {"register.cameras_known", [](auto& frame) { frame.add_unknown_cameras("f"); }},
       {"register.cameras_agree", OfView(2, [](auto& view) { view.mutable_agreement()->set_agreeing(10); })},
+      {"register.offset", OfViews([](auto& view) { view.mutable_agreement()->set_common_px(0.6); })},
       {"register.cameras_see", OfView(2, [](auto& view) { view.set_vertices_seen(3); })},
       {"register.images_new", OfView(3, [](auto& view) { view.set_image_hash("same"); })},
       {"register.lens", OfViews([](auto& view) { view.mutable_agreement()->set_perspective(-0.05); })},
