@@ -40,7 +40,7 @@ std::map<int, Surroundings> SurroundingsOf(std::span<const Face> faces, const Ma
 }
 
 bool IsMisplaced(const Surroundings& around, double mm_per_cell) {
-  constexpr double kFarCells = 6, kNearShare = 1.0 / 3;
+  constexpr double kFarCells = 12, kNearShare = 1.0 / 3;
   const double near = kNearShare * around.to_cell;
   return around.to_cell > kFarCells * mm_per_cell && (around.to_blank < near || around.opposite < near);
 }

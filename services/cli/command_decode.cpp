@@ -71,10 +71,6 @@ absl::Status CheckWritable(const std::string& file) {
   }
   const std::string parent = fs::path(file).parent_path().string();
   const std::string folder = parent.empty() ? "." : parent;
-  if (!fs::is_directory(folder, error)) {
-    return absl::NotFoundError(
-        absl::StrCat(file, ": the folder ", folder, " does not exist; create it first"));
-  }
   if (access(folder.c_str(), W_OK) == 0) return absl::OkStatus();
   return absl::PermissionDeniedError(
       absl::StrCat(file, ": the folder ", folder, " cannot be written; choose one that you may write to"));

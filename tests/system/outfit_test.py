@@ -65,7 +65,7 @@ class Outfit(unittest.TestCase):
             vertices[name] = report["mesh"]["vertices"]
             self.assertGreater(report["mesh"]["coverage"], 0.5)
             weft("evaluate", one, check=0)
-            weft("export", one, "--format", "glb", "--fps", 30, "--out", os.path.join(folder.name, "glb", name), check=0)
+            weft("export", one, "--format", "glb", "--fps", 30, "--out", os.path.join(folder.name, f"glb_{name}"), check=0)
         joint = json.loads(read(os.path.join(result, "0000/report.json")))
         self.assertEqual(sum(vertices.values()), joint["mesh"]["vertices"])
         # Again, and over somebody else's result.

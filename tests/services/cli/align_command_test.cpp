@@ -238,7 +238,7 @@ TEST_F(AlignCommand, BadInputEndsWithStatus2) {
   const WeftRun out = RunWeft(
       {"align", folder_ / "cloud.ply", "--template", folder_ / "cloth", "--out", folder_ / "no/mesh.ply"});
   EXPECT_EQ(out.status, 2);
-  EXPECT_THAT(out.err, HasSubstr("create it first"));
+  EXPECT_THAT(out.err, HasSubstr("no is missing"));
 }
 
 }  // namespace

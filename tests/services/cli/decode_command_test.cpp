@@ -155,7 +155,7 @@ TEST_F(DecodeCommand, BoardAndOutputAreCheckedBeforeTheWork) {
   const WeftRun out =
       RunWeft({"decode", folder_ / "a.png", "--board", folder_ / "board", "--out", folder_ / "no/o.csv"});
   EXPECT_EQ(out.status, 2);
-  EXPECT_THAT(out.err, AllOf(HasSubstr("no/o.csv"), HasSubstr("create it first")));
+  EXPECT_THAT(out.err, AllOf(HasSubstr("no/o.csv"), HasSubstr("no is missing")));
   const WeftRun board =
       RunWeft({"decode", folder_ / "a.png", "--board", folder_ / "a.png", "--out", folder_ / "o.csv"});
   EXPECT_EQ(board.status, 2);
