@@ -307,7 +307,8 @@ absl::StatusOr<std::vector<CameraAgreement>> MeasureCameraAgreement(
     CameraAgreement& agreement = agreements[c];
     if (agreement.fits || found.of_camera.empty()) continue;
     const SearchedCamera& searched = found.of_camera[c];
-    if (agreement.compared < kLeastCompared || found.found) {
+    // Where no exchange makes the rays meet, nobody knows who is wrong.
+    if (found.found) {
       agreement.compared = searched.nodes;
       agreement.agreeing = searched.meeting;
     }

@@ -280,10 +280,10 @@ class Interrupted(Export):
     def test_export_goes_on_with_the_same_bytes(self):
         texture = ("--texture", "256", "--texture-frames", "2", "--take", self.pictures)
         for form, *more in (("ply",), ("glb",), ("glb", *texture), ("usda",), ("npz",), ("mdd",)):
-            self.to = self.path(form, "whole" + "".join(more[:1]))
+            self.to = self.path(f"{form}_whole" + "".join(more[:1]))
             self.export(form, "--fps", "50", *more, result=self.long)
             whole = self.files()
-            self.to = self.path(form, "parts" + "".join(more[:1]))
+            self.to = self.path(f"{form}_parts" + "".join(more[:1]))
             stopped = 0
             for number in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
                 process = subprocess.Popen([os.path.join(BIN, "weft"), "export", self.long, "--format", form, "--fps", "50",
