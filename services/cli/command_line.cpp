@@ -12,6 +12,7 @@
 #include "base/length_unit.h"
 #include "base/nearest_word.h"
 #include "services/cli/output_guard.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 
@@ -41,9 +42,17 @@ absl::Status CheckFinite(const CLI::App& command) {
   return absl::OkStatus();
 }
 
-absl::Status CheckOut(const CLI::App& command) {
+absl::Status CheckOut(const CLI::App& command, bool is_quiet) {
+  // What these make cannot be made again, so it should not lie where nobody looks for it.
+  static const std::set<std::string> for_good = {"take", "pattern", "template", "rig", "dataset"};
   const CLI::Option* out = command.get_option_no_throw("--out");
-  return out == nullptr || out->count() == 0 ? absl::OkStatus() : CheckParentFolder(out->as<std::string>());
+  if (out == nullptr || out->count() == 0) return absl::OkStatus();
+  absl::Status status = CheckParentFolder(out->as<std::string>());
+  const CLI::App* group = command.get_parent();
+  const bool is_file = out->get_type_name() == "FILE";
+  if (status.ok() || is_file || (group != nullptr && for_good.contains(group->get_name()))) return status;
+  if (!is_quiet) PrintWarning(absl::StrCat(status.message(), "; it is made"));
+  return absl::OkStatus();
 }
 
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,

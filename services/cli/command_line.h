@@ -25,8 +25,9 @@ std::string WithoutHugeNumbers(const std::string& parse_error);
 // NaN and infinity where the option takes a number.
 absl::Status CheckFinite(const CLI::App& command);
 
-// NotFound: the folder in which --out is to be made is not there, as in a misspelt path.
-absl::Status CheckOut(const CLI::App& command);
+// Where the folder in which --out is to be made is not there, as in a misspelt path: NotFound for files, and
+// for takes, boards, templates, rigs and data sets; else a warning, since the command makes it.
+absl::Status CheckOut(const CLI::App& command, bool is_quiet);
 
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,

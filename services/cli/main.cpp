@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
     return ParseFailure(app, error);
   }
   absl::Status status = weft::CheckFinite(NamedCommand(app));
-  if (!line.writes_remotely) status.Update(weft::CheckOut(NamedCommand(app)));
+  if (!line.writes_remotely) status.Update(weft::CheckOut(NamedCommand(app), line.quiet));
   if (!status.ok()) {
     weft::PrintError(status);
     return weft::ExitStatusOf(status);
