@@ -47,11 +47,12 @@ absl::Status CheckOut(const CLI::App& command, bool is_quiet) {
   static const std::set<std::string> for_good = {"take", "pattern", "template", "rig", "dataset"};
   const CLI::Option* out = command.get_option_no_throw("--out");
   if (out == nullptr || out->count() == 0) return absl::OkStatus();
-  absl::Status status = CheckParentFolder(out->as<std::string>());
+  const std::string path = out->as<std::string>();
   const CLI::App* group = command.get_parent();
   const bool is_file = out->get_type_name() == "FILE";
-  if (status.ok() || is_file || (group != nullptr && for_good.contains(group->get_name()))) return status;
-  if (!is_quiet) PrintWarning(absl::StrCat(status.message(), "; it is made"));
+  if (is_file || (group != nullptr && for_good.contains(group->get_name()))) return CheckParentFolder(path);
+  if (const std::string missing = MissingParent(path); !missing.empty() && !is_quiet)
+    PrintWarning(absl::StrCat(missing, "; the command makes it"));
   return absl::OkStatus();
 }
 

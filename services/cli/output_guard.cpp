@@ -62,17 +62,21 @@ absl::Status MayWriteTemplate(const std::string& folder, const Template& garment
   return MayWriteTemplateFolder(folder, guard);
 }
 
-absl::Status CheckParentFolder(const std::string& path) {
+std::string MissingParent(const std::string& path) {
   std::error_code error;
   fs::path whole = fs::absolute(path, error).lexically_normal();
   if (!whole.has_filename()) whole = whole.parent_path();  // "dir/"
   const fs::path parent = whole.parent_path();
-  if (error || fs::is_directory(parent, error)) return absl::OkStatus();
+  if (error || fs::is_directory(parent, error)) return "";
   fs::path there = parent;
   while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  return absl::NotFoundError(absl::StrCat(path, ": the folder ", parent.string(), " is missing (",
-                                          there.string(),
-                                          " is there); look for a typing error, or make it with mkdir -p"));
+  return absl::StrCat(path, ": the folder ", parent.string(), " is missing (", there.string(), " is there)");
+}
+
+absl::Status CheckParentFolder(const std::string& path) {
+  const std::string missing = MissingParent(path);
+  if (missing.empty()) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat(missing, "; look for a typing error, or make it with mkdir -p"));
 }
 
 }  // namespace weft

@@ -30,7 +30,9 @@ absl::Status MayWriteTemplateFolder(const std::string& folder, const OutputGuard
 // The same one may be written again.
 absl::Status MayWriteTemplate(const std::string& folder, const Template& garment, const OutputGuard& guard);
 
-// NotFound: the folder in which `path` is to be made is not there. Of --out it is asked for all commands.
+// "PATH: the folder ... is missing", of the folder in which `path` is to be made; empty where it is there.
+std::string MissingParent(const std::string& path);
+// NotFound: it is missing. Of --out it is asked for all commands (CheckOut).
 absl::Status CheckParentFolder(const std::string& path);
 
 }  // namespace weft

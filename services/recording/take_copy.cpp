@@ -243,7 +243,11 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   }
   const absl::StatusOr<uint64_t> sets = copy->Finish();
   if (!sets.ok()) return sets.status();
-  if (absl::Status status = count.AllUnread(); !status.ok()) return status;
+  if (absl::Status status = count.AllUnread(); !status.ok()) {
+    std::error_code ignored;
+    fs::remove_all(out, ignored);  // a take without a picture, at the place of the next try
+    return status;
+  }
   imported.sets = *sets;
   for (std::string& note : count.Notes()) imported.notes.push_back(std::move(note));
   return imported;

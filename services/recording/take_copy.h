@@ -35,8 +35,8 @@ struct ImportedImages {
 // files. A frame whose name has a number keeps it, and names that are times (TimesInNames) give the times of
 // the sets. Images that cannot be read, or have another size than most of their camera, are missing, with the
 // reason. Notes stand in the ledger, too; the last ones say how many are missing. DataLoss: no image could be
-// read. Errors of ListImageFolder, FindOddPictures and TimesInNames; InvalidArgument: a rate at which a
-// number is beyond the times of a take.
+// read, and no take is left. Errors of ListImageFolder, FindOddPictures and TimesInNames; InvalidArgument: a
+// rate at which a number is beyond the times of a take.
 absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
                                             const TakeCopyOptions& options,
                                             const CopyProgress& progress = nullptr);

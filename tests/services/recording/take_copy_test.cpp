@@ -276,6 +276,7 @@ TEST(TakeCopy, PicturesOfWhichNoneCanBeReadAreNoTake) {
   const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
   EXPECT_EQ(imported.status().code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(std::string(imported.status().message()), HasSubstr("none of the 1 pictures could be read"));
+  EXPECT_FALSE(std::filesystem::exists(temp / "take"));
 }
 
 TEST(TakeCopy, FramesOfOneCameraEachAreSaid) {
