@@ -77,7 +77,7 @@ absl::Status AuditLog::Append(v1::AuditEntry entry) {
   return absl::OkStatus();
 }
 
-void AuditLog::Write(const v1::AuditEntry& entry) {
+bool AuditLog::Write(const v1::AuditEntry& entry) {
   if (lost_ > 0) {
     v1::AuditEntry gap;
     gap.set_time(entry.time());
@@ -87,15 +87,16 @@ void AuditLog::Write(const v1::AuditEntry& entry) {
     if (Append(std::move(gap)).ok()) lost_ = 0;
   }
   const absl::Status status = Append(entry);
-  if (status.ok()) return;
+  if (status.ok()) return true;
   if (lost_++ == 0)
     warn_(absl::StrCat("the audit log is not written: ", absl::string_view(status.message())));
+  return false;
 }
 
-void AuditLog::Record(v1::AuditEntry entry) {
+bool AuditLog::Record(v1::AuditEntry entry) {
   entry.set_time(UtcText());
   const std::lock_guard lock(mutex_);
-  Write(entry);
+  return Write(entry);
 }
 
 void AuditLog::WriteGathered(Time before) {

@@ -35,8 +35,8 @@ class AuditLog {
   // Writes what Refused still gathers.
   ~AuditLog();
 
-  // Fills in the time.
-  void Record(v1::AuditEntry entry);
+  // Fills in the time. False: the disk did not take it.
+  bool Record(v1::AuditEntry entry);
   // A flood of the same refusals is an entry a second. True where it was recorded at once, which is when the
   // other log should tell, too.
   bool Refused(v1::AuditEntry entry);
@@ -54,7 +54,7 @@ class AuditLog {
   // The functions below need the lock.
   absl::Status OpenFile();
   absl::Status Append(v1::AuditEntry entry);
-  void Write(const v1::AuditEntry& entry);
+  bool Write(const v1::AuditEntry& entry);
   void Rotate();
   void WriteGathered(Time before);
 

@@ -25,4 +25,15 @@ absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
   }
 }
 
+absl::StatusOr<v1::RetentionRehearsal> ServerClient::RehearseRetention(
+    const v1::RehearseRetentionRequest& request) {
+  constexpr std::chrono::seconds kPatience{60};
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  v1::RetentionRehearsal rehearsal;
+  const grpc::Status status = stub_->RehearseRetention(&context, request, &rehearsal);
+  if (!status.ok()) return connection_.Explain(status);
+  return rehearsal;
+}
+
 }  // namespace weft

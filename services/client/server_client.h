@@ -21,6 +21,8 @@ class ServerClient {
   absl::Status DrainUntilItStops(const v1::DrainRequest& request,
                                  const std::function<void(const v1::DrainProgress&)>& progress);
 
+  absl::StatusOr<v1::RetentionRehearsal> RehearseRetention(const v1::RehearseRetentionRequest& request);
+
  private:
   const RegistrationClient& connection_;
   const std::unique_ptr<v1::Server::Stub> stub_;

@@ -153,7 +153,6 @@ TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Path
   keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
   keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
   keeping.recorder_program = options.recorder_program;
-  keeping.retention = options.retention;
   keeping.resolve_take = InputsOf(options, policy, parts);
   keeping.admit = [&parts] { return parts.drain->Admit(); };
   keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
@@ -189,7 +188,6 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
   operations.folder = absl::StrCat(options.state_folder, "/operations");
   operations.program = options.command_program;
   operations.admit = [&parts] { return parts.drain->Admit(); };
-  operations.keep_days = options.retention.keep_trash_days;
   operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
     return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
   };
@@ -297,24 +295,22 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
       *parts.queue, *parts.library, *std::move(policy), absl::StrCat(options.state_folder, "/results"),
       options.load_inputs,
       [&parts](const grpc::ServerContextBase& context) { return CallerOf(context, *parts.access); }});
-  parts.server_info = std::make_unique<ServerService>(*parts.queue, *parts.drain, info);
+  parts.server_info = std::make_unique<ServerService>(
+      *parts.queue, *parts.drain, info, [&parts](const v1::RehearseRetentionRequest& request) {
+        return parts.retention->Rehearse(request.rules(), request.ahead_days());
+      });
   parts.library_service = std::make_unique<LibraryService>(
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
+  daemon->BeginRetention(options);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
-  parts.queue->SetKeepDays(options.retention.keep_jobs_days);
   return daemon;
-}
-
-void Daemon::SetRetention(const RetentionRules& rules) {
-  parts_->take_keeper->SetRetention(rules);
-  parts_->operation_queue->SetKeepDays(rules.keep_trash_days);
-  parts_->queue->SetKeepDays(rules.keep_jobs_days);
 }
 
 void Daemon::SetNotices(const NoticeOptions& notices) { parts_->notices->SetOptions(notices); }
 
 void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {
+    parts_->retention.reset();
     parts_->console.reset();
     if (parts_->connections) parts_->connections->Stop();
     parts_->metrics_page.reset();

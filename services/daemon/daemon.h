@@ -13,11 +13,11 @@
 #include "services/access/certificates.h"
 #include "services/daemon/operation_command.h"
 #include "services/daemon/prepare_job.h"
-#include "services/daemon/take_retention.h"
 #include "services/job/job_folder.h"
 #include "services/library/check_item.h"
 #include "services/library/uploads.h"
 #include "services/notice/end_notices.h"
+#include "services/retention/retention_plan.h"
 #include "services/slurm/slurm_options.h"
 #include "weft/v1/job.pb.h"
 
@@ -45,7 +45,7 @@ struct DaemonOptions {
   SlurmOptions slurm;                      // with a folder: tasks run on a cluster
   std::string recorder_program;            // weft-recorder
   std::string command_program;             // weft, for operations
-  RetentionRules retention;                // of takes and jobs
+  RetentionRules retention;                // what is removed, and when
   NoticeOptions notices;                   // of ends of takes and jobs
   CallerLimits caller_limits;
   std::string address_file;          // gets the addresses once the daemon listens; empty for none
@@ -100,6 +100,7 @@ class Daemon {
                                          const Parts& parts);
   static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
                                             const Parts& parts);
+  void BeginRetention(const DaemonOptions& options);
   absl::Status KnowCallers(const DaemonOptions& options);
   absl::Status ServeMetrics(const DaemonOptions& options);
   absl::Status ServeConsole(const DaemonOptions& options);

@@ -23,10 +23,10 @@ namespace {
 
 // What a daemon takes over while it runs.
 const std::set<std::string>& ReloadableSettings() {
-  static const std::set<std::string> names = {"log_level",       "keep_takes_days",  "keep_trash_days",
-                                              "takes_quota_gib", "least_free_gib",   "keep_jobs_days",
-                                              "on_end_command",  "on_end_timeout_s", "on_end_url",
-                                              "on_end_secret",   "on_end_ca"};
+  static const std::set<std::string> names = {
+      "log_level",        "keep_takes_days",   "keep_trash_days",   "takes_quota_gib",   "least_free_gib",
+      "keep_jobs_days",   "least_trash_hours", "keep_uploads_days", "keep_notices_days", "on_end_command",
+      "on_end_timeout_s", "on_end_url",        "on_end_secret",     "on_end_ca"};
   return names;
 }
 

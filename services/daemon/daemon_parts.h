@@ -21,6 +21,7 @@
 #include "services/daemon/operation_queue.h"
 #include "services/daemon/operation_service.h"
 #include "services/daemon/poller.h"
+#include "services/daemon/retention_keeper.h"
 #include "services/daemon/server_service.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/session_service.h"
@@ -51,6 +52,7 @@ struct Daemon::Parts {
   std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<LibraryService> library_service;
+  std::unique_ptr<RetentionKeeper> retention;
   std::unique_ptr<Connections> connections;
   std::unique_ptr<Poller> poller;
   std::unique_ptr<grpc::Server> server;

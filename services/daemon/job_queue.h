@@ -23,6 +23,7 @@
 #include "services/executor/executor.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_frames.h"
+#include "services/retention/retention_plan.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
@@ -106,9 +107,13 @@ class JobQueue {
   };
   News TakeNews(int64_t watcher);
 
-  // Jobs that ended longer ago are forgotten, with results below results_folder, unless somebody watches or
-  // reads them; looked after now and from time to time. 0: none is.
-  void SetKeepDays(double days);
+  // The ended jobs. Finishes what a daemon that was killed was at.
+  std::vector<Holding> EndedHoldings();
+  // Whether somebody watches it, or reads its results.
+  bool IsInUse(const std::string& job_id);
+  // Forgets one that ended at this time, with its results below results_folder. FailedPrecondition: it is in
+  // use, or was retried meanwhile.
+  absl::Status ForgetEnded(const std::string& job_id, int64_t finished_unix_ns);
 
   struct DrainState {
     int tasks = 0;   // that workers have
@@ -143,8 +148,6 @@ class JobQueue {
   void LookAtTake(const std::shared_ptr<LiveJob>& job);
   void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
-  void ForgetOldJobs();
-  bool ForgetOld(const v1::Job& job);
   void UnlockAndTell(Lock& lock);
   void WorkInBackground();  // the loop of background_
 
@@ -174,8 +177,8 @@ class JobQueue {
   void AddFrames(const std::shared_ptr<LiveJob>& job, const TakeProgress& progress);
   void StopFollowingIfIdle(const std::shared_ptr<LiveJob>& job);
   void NoteLatency(LiveJob& job, size_t position);
-  // Ended jobs that are old (job_queue_retention.cpp).
-  void PlanForgetting();
+  // Folders with what the daemon keeps of ended jobs (job_queue_retention.cpp).
+  std::vector<std::string> OwnFolders() const;
   // The job's folder and its end (job_queue_results.cpp).
   bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
@@ -217,8 +220,7 @@ class JobQueue {
   std::condition_variable deferred_changed_;
   std::deque<std::function<void()>> deferred_;  // files to write
   bool due_changed_ = false;
-  std::optional<Time> save_again_, backup_due_, last_backup_, forget_due_;
-  double keep_days_ = 0;
+  std::optional<Time> save_again_, backup_due_, last_backup_;
   int64_t backed_up_version_ = 0;
   PublishedJobs published_;  // as MarkChanged told last
   int64_t frames_done_ = 0, frames_failed_ = 0;

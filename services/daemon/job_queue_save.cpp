@@ -151,7 +151,6 @@ std::optional<JobQueue::Time> JobQueue::NextDue() const {
   };
   consider(save_again_);
   consider(backup_due_);
-  consider(forget_due_);
   for (const auto& job : jobs_) {
     consider(job->start_again);
     consider(job->look_at);
@@ -175,10 +174,6 @@ void JobQueue::DoWhatIsDue(Lock& lock) {
     job->start_again.reset();
     FinishIfDone(job);
     Schedule();
-  }
-  if (forget_due_ && *forget_due_ <= now) {
-    forget_due_.reset();
-    Defer([this] { ForgetOldJobs(); });
   }
   if (backup_due_ && *backup_due_ <= now) MakeBackup(lock);
   UnlockAndTell(lock);

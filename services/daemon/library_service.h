@@ -27,6 +27,8 @@ class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1
         library_(library),
         uploads_(library, state_folder, std::move(check)) {}
 
+  Uploads& uploads() { return uploads_; }
+
   grpc::Status BeginUpload(grpc::ServerContext* context, grpc::ServerReader<v1::BeginUploadRequest>* reader,
                            v1::BeginUploadResponse* response) override;
   grpc::Status WriteFile(grpc::ServerContext* context, grpc::ServerReader<v1::WriteFileRequest>* reader,

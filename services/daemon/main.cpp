@@ -58,8 +58,8 @@ void AddNoticeOptions(CLI::App& app, weft::NoticeOptions& notices) {
       ->check(CLI::Range(1.0, 86400.0));
   app.add_option(
          "--on-end-url", notices.server.url,
-         "Where to post the same notice, by https, or by http on this machine; repeated for three days "
-         "until the answer is 2xx")
+         "Where to post the same notice, by https, or by http on this machine; repeated until the answer is "
+         "2xx, or for --keep-notices-days")
       ->type_name("URL");
   app.add_option(
          "--on-end-secret", notices.server.secret_file,
@@ -148,6 +148,33 @@ void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
       ->type_name("DIR");
 }
 
+// Days are those that a daemon has seen.
+void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
+  const auto add = [&app](const char* name, double& value, const char* unit, const char* what) {
+    app.add_option(name, value, what)->type_name(unit)->check(CLI::NonNegativeNumber);
+  };
+  add("--keep-takes-days", rules.keep_takes_days, "DAYS",
+      "Takes that are older go to the trash, unless they are pinned; 0 keeps them. Days in which no daemon "
+      "ran make nothing older, nor does a clock that jumps; `weft daemon retention --dry-run` rehearses");
+  add("--keep-trash-days", rules.keep_trash_days, "DAYS",
+      "Takes are in the trash for so long before they are removed for good; ended operations are kept as "
+      "long");
+  add("--takes-quota-gib", rules.takes_quota_gib, "GIB",
+      "Beyond this the oldest takes go, the trash first, unless they are pinned; 0 sets no limit");
+  add("--least-free-gib", rules.least_free_gib, "GIB",
+      "The same when takes leave less of the disk free. What others write costs no take, and uploads are "
+      "refused below it; 0 removes nothing for its sake");
+  add("--least-trash-hours", rules.least_trash_hours, "HOURS",
+      "Takes stay in the trash for so long however little room there is");
+  add("--keep-jobs-days", rules.keep_jobs_days, "DAYS",
+      "Jobs that ended longer ago are forgotten, with results in the state folder; results that lie "
+      "elsewhere stay; 0 keeps all");
+  add("--keep-uploads-days", rules.keep_uploads_days, "DAYS",
+      "Uploads to which nothing came for so long are removed");
+  add("--keep-notices-days", rules.keep_notices_days, "DAYS",
+      "Notices that nobody took for so long are given up");
+}
+
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
   app.add_option(
@@ -191,29 +218,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
   app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
   app.add_option("--command", options.command_program, "The program `weft`, for operations")
       ->type_name("FILE");
-  app.add_option("--keep-takes-days", options.retention.keep_takes_days,
-                 "Takes that are older go to the trash, unless they are pinned; 0 keeps them")
-      ->type_name("DAYS")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--keep-trash-days", options.retention.keep_trash_days,
-                 "Takes are in the trash for so long before they are removed for good")
-      ->type_name("DAYS")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option(
-         "--takes-quota-gib", options.retention.takes_quota_gib,
-         "Beyond this the trash is emptied, then the oldest takes are removed unless they are pinned; 0 sets "
-         "no limit")
-      ->type_name("GIB")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--least-free-gib", options.retention.least_free_gib,
-                 "The same when less of the disk is free; 0 removes nothing for its sake")
-      ->type_name("GIB")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--keep-jobs-days", options.retention.keep_jobs_days,
-                 "Jobs that ended longer ago are forgotten, with results in the state folder; results that "
-                 "lie elsewhere stay; 0 keeps all")
-      ->type_name("DAYS")
-      ->check(CLI::NonNegativeNumber);
+  AddRetentionOptions(app, options.retention);
   AddNoticeOptions(app, options.notices);
   app.add_option("--address-file", options.address_file,
                  "Write the addresses here once the daemon listens, a line each")

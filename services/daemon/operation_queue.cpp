@@ -36,11 +36,6 @@ constexpr size_t kMostWaiting = 1000;
 constexpr size_t kMostOutputBytes = size_t{1} << 20;
 constexpr int kMostNotes = 100;
 constexpr int kMostCrashes = 2;
-constexpr double kOperationDay_ns = 24 * 3600e9;
-
-bool HasEnded(const v1::Operation& operation) {
-  return operation.state() != v1::JOB_STATE_QUEUED && operation.state() != v1::JOB_STATE_RUNNING;
-}
 
 std::string OperationFile(const std::string& folder) { return folder + "/operation.json"; }
 
@@ -60,6 +55,10 @@ bool IsProgress(absl::string_view line, std::string& step, double& share) {
 }
 
 }  // namespace
+
+bool HasEnded(const v1::Operation& operation) {
+  return operation.state() != v1::JOB_STATE_QUEUED && operation.state() != v1::JOB_STATE_RUNNING;
+}
 
 // How the process of an operation ended.
 struct OperationQueue::Outcome {
@@ -216,28 +215,12 @@ OperationQueue::Entry* OperationQueue::Next() {
   return nullptr;
 }
 
-void OperationQueue::ForgetOldOnes() {
-  for (auto it = entries_.begin(); it != entries_.end();) {
-    const v1::Operation& operation = it->second.operation;
-    const double age_ns = static_cast<double>(HostTime_ns() - operation.finished_unix_ns());
-    if (!HasEnded(operation) || age_ns < keep_days_ * kOperationDay_ns) {
-      ++it;
-      continue;
-    }
-    std::error_code error;
-    fs::remove_all(FolderOf(it->first), error);
-    it = entries_.erase(it);
-  }
-}
-
 void OperationQueue::Work(const std::stop_token& stop) {
-  constexpr std::chrono::minutes kLookEvery{10};
   Lock lock(mutex_);
   while (!stop.stop_requested()) {
-    ForgetOldOnes();
     Entry* next = Next();
     if (next == nullptr) {
-      changed_.wait_for(lock, stop, kLookEvery, [this] { return Next() != nullptr; });
+      changed_.wait(lock, stop, [this] { return Next() != nullptr; });
       continue;
     }
     const std::string id = next->operation.id();

@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "services/confinement/input_links.h"
 #include "services/daemon/operation_command.h"
+#include "services/retention/retention_plan.h"
 #include "weft/v1/operations.pb.h"
 
 namespace weft {
@@ -31,8 +32,10 @@ struct OperationQueueOptions {
   std::function<absl::Status(const std::string& take_folder, const std::string& id)> adopt_take;
   // Asked before new work is taken; its errors refuse it.
   std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
-  double keep_days = 7;  // after its end, an operation and its files
 };
+
+// Neither queued nor running.
+bool HasEnded(const v1::Operation& operation);
 
 // One at a time, by age. A folder per operation has its state and what it writes; each state that was
 // answered is on the disk. One that a daemon left unfinished begins anew. A process that crashes is started
@@ -58,8 +61,10 @@ class OperationQueue {
   // Whether an unfinished one has this input, or one below it.
   bool Reads(const std::string& path);
 
-  // Instead of OperationQueueOptions.keep_days.
-  void SetKeepDays(double days);
+  // The ended ones.
+  std::vector<Holding> EndedHoldings();
+  // Forgets one that ended at this time, with its files. FailedPrecondition: there is no such one.
+  absl::Status ForgetEnded(const std::string& id, int64_t finished_unix_ns);
 
   // Stops the process of the one that runs; it begins anew with the next daemon.
   void Stop();
@@ -73,8 +78,7 @@ class OperationQueue {
   struct Outcome;
   using Lock = std::unique_lock<std::mutex>;
 
-  explicit OperationQueue(OperationQueueOptions options)
-      : options_(std::move(options)), keep_days_(options_.keep_days) {}
+  explicit OperationQueue(OperationQueueOptions options) : options_(std::move(options)) {}
   void Load();
   std::string FolderOf(const std::string& id) const { return options_.folder + "/" + id; }
   std::string OutOf(const std::string& id) const { return FolderOf(id) + "/out"; }
@@ -91,12 +95,10 @@ class OperationQueue {
   Entry* Next();
   void Conclude(Entry& entry, const Outcome& outcome);
   void WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop);
-  void ForgetOldOnes();
   bool IsCancelled(const std::string& id);
 
   const OperationQueueOptions options_;
   std::mutex mutex_;
-  double keep_days_;
   std::condition_variable_any changed_;
   std::map<std::string, Entry> entries_;  // by id; ids begin with their time
   std::vector<std::string> warnings_;

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/operation_queue.h"
+#include "services/files/atomic_file.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
 
@@ -47,9 +48,27 @@ absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, cons
                      "ListOperationFiles shows them"});
 }
 
-void OperationQueue::SetKeepDays(double days) {
+std::vector<Holding> OperationQueue::EndedHoldings() {
   const Lock lock(mutex_);
-  keep_days_ = days;
+  std::vector<Holding> holdings;
+  for (const auto& [id, entry] : entries_) {
+    if (HasEnded(entry.operation))
+      holdings.push_back({v1::HOLDING_KIND_OPERATION, id, entry.operation.finished_unix_ns(), 0, false});
+  }
+  return holdings;
+}
+
+absl::Status OperationQueue::ForgetEnded(const std::string& id, int64_t finished_unix_ns) {
+  const Lock lock(mutex_);
+  const auto found = entries_.find(id);
+  if (found == entries_.end() || !HasEnded(found->second.operation) ||
+      found->second.operation.finished_unix_ns() != finished_unix_ns)
+    return absl::FailedPreconditionError("it is gone, or runs again");
+  std::error_code error;
+  fs::remove_all(FolderOf(id), error);
+  if (error) return WriteError(FolderOf(id), error.value());
+  entries_.erase(found);
+  return absl::OkStatus();
 }
 
 std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,

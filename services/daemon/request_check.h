@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "weft/v1/jobs.pb.h"
+#include "weft/v1/server.pb.h"
 #include "weft/v1/takes.pb.h"
 
 namespace weft {
@@ -31,6 +32,8 @@ absl::Status CheckPlainName(const std::string& field, const std::string& name);
 absl::Status CheckKey(const std::string& idempotency_key);
 absl::Status CheckJobId(const std::string& job_id);
 absl::Status CheckTakeId(const std::string& take_id);
+// No rule is negative or no number, and `ahead_days` is in its range.
+absl::Status CheckRehearsal(const v1::RehearseRetentionRequest& request);
 // Of a file that is fetched.
 absl::Status CheckOffset(int64_t offset);
 absl::Status CheckFetchRequest(const v1::FetchResultRequest& request);

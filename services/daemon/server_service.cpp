@@ -5,11 +5,13 @@
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/answer.h"
+#include "services/daemon/request_check.h"
 
 namespace weft {
 
-ServerService::ServerService(JobQueue& queue, weft::Drain& drain, v1::ServerInfo info)
-    : queue_(queue), drain_(drain), info_(std::move(info)) {}
+ServerService::ServerService(JobQueue& queue, weft::Drain& drain, v1::ServerInfo info,
+                             RetentionRehearser rehearse)
+    : queue_(queue), drain_(drain), info_(std::move(info)), rehearse_(std::move(rehearse)) {}
 
 grpc::Status ServerService::GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
                                           v1::ServerInfo* info) {
@@ -34,6 +36,16 @@ grpc::Status ServerService::Drain(grpc::ServerContext*, const v1::DrainRequest* 
                                   v1::DrainProgress* progress) {
   return Answer("Drain", [&] {
     *progress = drain_.Begin(queue_, *request);
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status ServerService::RehearseRetention(grpc::ServerContext*,
+                                              const v1::RehearseRetentionRequest* request,
+                                              v1::RetentionRehearsal* rehearsal) {
+  return Answer("RehearseRetention", [&] {
+    if (absl::Status status = CheckRehearsal(*request); !status.ok()) return status;
+    *rehearsal = rehearse_(*request);
     return absl::OkStatus();
   });
 }

@@ -94,14 +94,12 @@ void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
     RemoveOldLooks(options_.looks_folder);
   }
   constexpr std::chrono::seconds kPeriod{1};
-  constexpr int kPeriodsToClearAway = 60;
   std::set<std::string> known;
   std::mutex mutex;
   std::condition_variable_any asked;
   std::unique_lock lock(mutex);
-  for (int period = 0; !stop.stop_requested(); ++period) {
+  while (!stop.stop_requested()) {
     CloseDead(known);
-    if (period % kPeriodsToClearAway == 0) ClearAway();
     asked.wait_for(lock, stop, kPeriod, [] { return false; });
   }
 }

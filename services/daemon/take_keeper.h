@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "services/daemon/take_retention.h"
+#include "services/retention/retention_plan.h"
 #include "weft/v1/session.pb.h"
 #include "weft/v1/takes.pb.h"
 
@@ -21,7 +21,6 @@ struct TakeKeeperOptions {
   std::string trash_folder;  // on the same disk
   std::string looks_folder;  // of FilmBriefly; emptied when the keeper begins
   std::string recorder_program;
-  RetentionRules retention;
   // A take that cameras of a session replay, as a path that may be read. Errors name the field.
   std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& take)> resolve_take;
   // Asked before new work is taken; its errors refuse it.
@@ -38,10 +37,8 @@ struct TakeKeeperOptions {
 // safety: any thread may call any function.
 class TakeKeeper {
  public:
-  explicit TakeKeeper(TakeKeeperOptions options)
-      : options_(std::move(options)), retention_(options_.retention) {}
-  // Closes takes whose recorders died, and clears away what the retention says, in the background until
-  // Stop.
+  explicit TakeKeeper(TakeKeeperOptions options) : options_(std::move(options)) {}
+  // Closes takes whose recorders died, in the background until Stop.
   void Begin();
   void Stop();
 
@@ -61,10 +58,10 @@ class TakeKeeper {
   // Takes in a take that was made by other means, and moves its folder; `origin` says how it came about, for
   // people. A take of this id that is there already stays.
   absl::Status Adopt(const std::string& take_folder, const std::string& id, const std::string& origin);
-  // Instead of the rules of the options.
-  void SetRetention(const RetentionRules& rules);
-  // Does what PlanRetention says now.
-  void ClearAway();
+  // All takes, and all that lies in the trash.
+  std::vector<Holding> Holdings();
+  // Errors of Delete and EmptyTrash.
+  absl::Status Carry(const RetentionStep& step);
 
   // A take of a moment, which `use` may read before it is removed. No take starts meanwhile. Errors of
   // CheckCamerasAreFree, StartRecorder, and those that the recorder met.
@@ -90,8 +87,6 @@ class TakeKeeper {
   absl::Status TellEnd(const v1::RecordedTake& take) const;
 
   const TakeKeeperOptions options_;
-  std::mutex ruling_;
-  RetentionRules retention_;
   std::mutex starting_;  // one request at a time looks which cameras are free
   std::mutex changing_;  // one take at a time is closed, moved or marked
   std::jthread background_;

@@ -1,6 +1,7 @@
 // What becomes of takes: adopted, pinned, deleted, restored, cleared away.
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -33,6 +34,13 @@ uint64_t BytesOf(const std::string& folder) {
     if (!error) bytes += size;
   }
   return bytes;
+}
+
+// When the folder was last moved or changed. 0: unknown.
+int64_t ChangedAt(const std::string& folder) {
+  struct stat info;
+  if (stat(folder.c_str(), &info) != 0) return 0;
+  return int64_t{info.st_ctim.tv_sec} * 1'000'000'000 + info.st_ctim.tv_nsec;
 }
 
 // A rename that a power failure does not undo.
@@ -168,42 +176,27 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
   return response;
 }
 
-void TakeKeeper::SetRetention(const RetentionRules& rules) {
-  const std::lock_guard lock(ruling_);
-  retention_ = rules;
-}
-
-void TakeKeeper::ClearAway() {
-  RetentionRules rules;
-  {
-    const std::lock_guard lock(ruling_);
-    rules = retention_;
-  }
-  std::vector<KeptTake> takes;
+std::vector<Holding> TakeKeeper::Holdings() {
+  std::vector<Holding> holdings;
   const v1::ListTakesResponse list = List({}, SIZE_MAX);
   const std::set<std::string> replayed = ReplayedTakes();
   for (const v1::RecordedTake& take : list.takes()) {
     const bool kept = take.recorder_lives() || take.keeping().pinned() || replayed.contains(take.folder()) ||
                       options_.is_read(take.folder());
-    takes.push_back({take.id(), take.state().updated_unix_ns(), 0, BytesOf(FolderOf(take.id())), kept});
+    holdings.push_back({v1::HOLDING_KIND_TAKE, take.id(), take.state().updated_unix_ns(),
+                        BytesOf(FolderOf(take.id())), kept});
   }
   // Whatever lies in the trash, also what a removal that was killed left of a take.
   for (const std::string& id : TakesIn(options_.trash_folder)) {
-    const int64_t deleted_unix_ns = std::max<int64_t>(1, ReadKeeping(TrashOf(id)).deleted_unix_ns());
-    takes.push_back({id, 0, deleted_unix_ns, BytesOf(TrashOf(id)), false});
+    int64_t since_unix_ns = ReadKeeping(TrashOf(id)).deleted_unix_ns();
+    if (since_unix_ns == 0) since_unix_ns = ChangedAt(TrashOf(id));
+    holdings.push_back({v1::HOLDING_KIND_TRASH, id, since_unix_ns, BytesOf(TrashOf(id)), false});
   }
-  std::error_code error;
-  const fs::space_info space = fs::space(options_.takes_folder, error);
-  const uint64_t free_bytes = error ? UINT64_MAX : space.available;
-  for (const RetentionStep& step : PlanRetention(rules, takes, free_bytes, HostTime_ns())) {
-    const absl::Status status =
-        step.remove ? EmptyTrash(step.id).status() : Delete(step.id, step.because).status();
-    if (!status.ok()) {
-      spdlog::warn("take {}: {}", step.id, EscapedText(std::string(status.message())));
-    } else {
-      spdlog::info("take {} was cleared away: {}", step.id, step.because);
-    }
-  }
+  return holdings;
+}
+
+absl::Status TakeKeeper::Carry(const RetentionStep& step) {
+  return step.to_trash ? Delete(step.id, step.because).status() : EmptyTrash(step.id).status();
 }
 
 }  // namespace weft

@@ -4,8 +4,10 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
 #include <unordered_map>
 #include <utility>
@@ -29,6 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr int64_t kMaxPieceBytes = 512 << 10;
 constexpr int64_t kSpareBytes = int64_t{64} << 20;  // for the list of jobs
+constexpr std::chrono::minutes kRestsAfter{2};
 
 std::string UploadIdOf(const v1::BeginUploadRequest& request) {
   return Sha256()
@@ -44,6 +47,25 @@ int64_t SizeOfUploaded(const std::string& content, const std::string& path) {
   return info.st_size;
 }
 
+// 0: there is no such upload.
+int64_t LastPiece_unix_ns(const std::string& folder) {
+  struct stat info;
+  if (lstat(absl::StrCat(folder, "/upload.json").c_str(), &info) != 0) return 0;
+  return int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec;
+}
+
+uint64_t BytesBelow(const std::string& folder) {
+  uint64_t bytes = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code fault;
+    const uintmax_t size = entry->is_regular_file(fault) ? entry->file_size(fault) : 0;
+    if (!fault) bytes += size;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 struct Uploads::Upload {
@@ -52,65 +74,108 @@ struct Uploads::Upload {
   std::unordered_map<std::string, int64_t> sizes;
   std::mutex mutex;  // of its files
   std::atomic<bool> finishing = false;
+  // What has come, and when a piece last did: uploads that rest reserve no room.
+  std::atomic<int64_t> received_bytes = 0;
+  std::atomic<std::chrono::steady_clock::time_point> active_at = std::chrono::steady_clock::now();
   bool finished = false;
 };
 
 Uploads::Uploads(Library& library, std::string state_folder, ItemCheck check)
     : library_(library), state_folder_(std::move(state_folder)), check_(std::move(check)) {
-  RemoveAbandoned();
+  RemoveRemains();
 }
 
 std::string Uploads::FolderOf(const std::string& upload_id) const {
   return absl::StrCat(state_folder_, "/uploads/", upload_id);
 }
 
-void Uploads::RemoveAbandoned(std::chrono::seconds age) {
+void Uploads::RemoveRemains() {
   const std::lock_guard lock(mutex_);
   std::error_code error;
-  std::vector<fs::path> abandoned;
+  std::vector<fs::path> remains;
   for (fs::directory_iterator entry(FolderOf(""), error), end; !error && entry != end;
        entry.increment(error)) {
-    std::error_code none;
-    const auto time = fs::last_write_time(entry->path() / "upload.json", none);
-    if (!none && fs::file_time_type::clock::now() - time <= age) continue;
-    const auto known = uploads_.find(entry->path().filename().string());
-    if (known != uploads_.end()) {
-      if (known->second.use_count() > 1) continue;
-      uploads_.erase(known);
-    }
-    abandoned.push_back(entry->path());
+    std::error_code fault;
+    const bool is_deleted = absl::StartsWith(entry->path().filename().string(), "deleted-");
+    if (is_deleted || (!fs::exists(entry->path() / "upload.json", fault) && !fault))
+      remains.push_back(entry->path());
   }
-  for (const fs::path& path : abandoned) fs::remove_all(path, error);
+  for (const fs::path& path : remains) fs::remove_all(path, error);
+}
+
+std::vector<Uploads::Unfinished> Uploads::ListUnfinished() const {
+  std::vector<Unfinished> unfinished;
+  std::error_code error;
+  for (fs::directory_iterator entry(FolderOf(""), error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string id = entry->path().filename();
+    const int64_t time_ns = LastPiece_unix_ns(entry->path());
+    if (IsSha256(id) && time_ns != 0) unfinished.push_back({id, time_ns, BytesBelow(entry->path())});
+  }
+  return unfinished;
+}
+
+absl::Status Uploads::Abandon(const std::string& upload_id, int64_t last_piece_unix_ns) {
+  const std::lock_guard lock(mutex_);
+  const auto known = uploads_.find(upload_id);
+  if (known != uploads_.end() && known->second.use_count() > 1)
+    return absl::FailedPreconditionError("pieces of it come");
+  if (LastPiece_unix_ns(FolderOf(upload_id)) != last_piece_unix_ns)
+    return absl::FailedPreconditionError("more of it came");
+  if (known != uploads_.end()) uploads_.erase(known);
+  std::error_code error;
+  fs::remove_all(FolderOf(upload_id), error);
+  return error ? WriteError(FolderOf(upload_id), error.value()) : absl::OkStatus();
+}
+
+std::shared_ptr<Uploads::Upload> Uploads::Know(const std::string& upload_id, v1::ItemUpload what) {
+  if (const auto known = uploads_.find(upload_id); known != uploads_.end()) return known->second;
+  auto upload = std::make_shared<Upload>();
+  upload->folder = FolderOf(upload_id);
+  upload->what = std::move(what);
+  for (const v1::ItemFile& file : upload->what.manifest().files()) {
+    upload->sizes[file.path()] = file.bytes();
+    upload->received_bytes += SizeOfUploaded(upload->folder + "/content", file.path());
+  }
+  return uploads_[upload_id] = upload;
 }
 
 absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string& upload_id) {
   if (!IsSha256(upload_id)) return absl::InvalidArgumentError("upload_id: must be one of BeginUpload");
   const std::lock_guard lock(mutex_);
   if (const auto known = uploads_.find(upload_id); known != uploads_.end()) return known->second;
-  auto upload = std::make_shared<Upload>();
-  upload->folder = FolderOf(upload_id);
-  absl::Status status = ReadJsonFile(upload->folder + "/upload.json", upload->what);
-  if (status.ok()) status = CheckManifest(upload->what.manifest());
+  v1::ItemUpload what;
+  absl::Status status = ReadJsonFile(FolderOf(upload_id) + "/upload.json", what);
+  if (status.ok()) status = CheckManifest(what.manifest());
   if (!status.ok()) {
     return absl::NotFoundError(
-        absl::StrCat("upload_id: there is no upload ", upload_id, "; is it finished, or older than a week?"));
+        absl::StrCat("upload_id: there is no upload ", upload_id, "; is it finished, or was it abandoned?"));
   }
-  for (const v1::ItemFile& file : upload->what.manifest().files()) upload->sizes[file.path()] = file.bytes();
-  uploads_[upload_id] = upload;
-  return upload;
+  return Know(upload_id, std::move(what));
 }
 
-absl::Status Uploads::CheckRoom(const v1::ItemManifest& manifest, int64_t received) const {
+absl::Status Uploads::CheckRoom(const char* field, int64_t more_bytes) const {
   struct statvfs disk;
   if (statvfs(state_folder_.c_str(), &disk) != 0)
     return FileError(state_folder_, "cannot be looked at", errno);
   const int64_t free_bytes = static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
-  const int64_t needed = BytesOf(manifest) - received;
-  if (needed <= free_bytes - kSpareBytes) return absl::OkStatus();
-  return absl::ResourceExhaustedError(
-      absl::StrCat("manifest: ", needed, " bytes are to come, but ", state_folder_, " has ", free_bytes,
-                   " bytes free, of which ", kSpareBytes,
-                   " are kept for the list of jobs; delete items that nobody needs"));
+  const int64_t spare_bytes = std::max(kSpareBytes, static_cast<int64_t>(least_free_bytes_.load()));
+  if (more_bytes <= free_bytes - spare_bytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(
+      field, ": ", more_bytes, " bytes are to come, but ", state_folder_, " has ", free_bytes,
+      " bytes free, of which ", spare_bytes,
+      least_free_bytes_ > kSpareBytes ? " stay free by --least-free-gib" : " are kept for the list of jobs",
+      "; delete items that nobody needs"));
+}
+
+int64_t Uploads::BytesToCome(const std::string& but_of) const {
+  const auto now = std::chrono::steady_clock::now();
+  int64_t bytes = 0;
+  for (const auto& [id, upload] : uploads_) {
+    if (id == but_of || upload->finished || now - upload->active_at.load() > kRestsAfter) continue;
+    bytes += std::max<int64_t>(0, BytesOf(upload->what.manifest()) - upload->received_bytes);
+  }
+  return bytes;
 }
 
 absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequest& request) {
@@ -118,7 +183,7 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
        {CheckItemKind(request.kind()), CheckItemName(request.name()), CheckManifest(request.manifest())}) {
     if (!status.ok()) return status;
   }
-  RemoveAbandoned();
+  RemoveRemains();
   const std::lock_guard lock(mutex_);  // nothing is finished or removed meanwhile
   v1::BeginUploadResponse response;
   const absl::StatusOr<v1::LibraryItem> known =
@@ -136,13 +201,18 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
     response.add_received_bytes(SizeOfUploaded(folder + "/content", file.path()));
     received += response.received_bytes().at(response.received_bytes_size() - 1);
   }
-  if (absl::Status status = CheckRoom(request.manifest(), received); !status.ok()) return status;
+  const int64_t to_come = BytesOf(request.manifest()) - received + BytesToCome(response.upload_id());
+  if (absl::Status status = CheckRoom("manifest", to_come); !status.ok()) return status;
   if (absl::Status status = CreateFolders(folder + "/content"); !status.ok()) return status;
   v1::ItemUpload what;
   what.set_kind(request.kind());
   what.set_name(request.name());
   *what.mutable_manifest() = request.manifest();
   if (absl::Status status = WriteJsonFile(folder + "/upload.json", what); !status.ok()) return status;
+  // Known from here on, for the room that it needs.
+  const std::shared_ptr<Upload> upload = Know(response.upload_id(), std::move(what));
+  upload->received_bytes = received;
+  upload->active_at = std::chrono::steady_clock::now();
   return response;
 }
 
@@ -244,9 +314,12 @@ absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
                                               ", but ", info.st_size, " of ", declared_bytes_,
                                               " bytes are there"));
   }
+  upload_->active_at = std::chrono::steady_clock::now();
+  if (absl::Status status = uploads_.CheckRoom("data", bytes); !status.ok()) return status;
   if (const int error = WriteAll(file_.get(), piece.data()); error != 0) {
     return FileError(path_, "cannot be written", error);
   }
+  upload_->received_bytes += bytes;
   written_bytes_ += bytes;
   return absl::OkStatus();
 }

@@ -1,12 +1,14 @@
 // Items that are on their way into the library, below <state>/uploads/<upload id>.
 #pragma once
 
-#include <chrono>
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -26,23 +28,41 @@ class Uploads {
   // The library must outlive it.
   Uploads(Library& library, std::string state_folder, ItemCheck check);
 
+  // Of the disk; uploads leave as much free. From now on.
+  void SetLeastFree(uint64_t bytes) { least_free_bytes_ = bytes; }
+
   absl::StatusOr<v1::BeginUploadResponse> Begin(const v1::BeginUploadRequest& request);
   absl::StatusOr<v1::LibraryItem> Finish(const std::string& upload_id);
 
-  // Uploads to which nothing came for so long, and deleted items that still lie there.
-  void RemoveAbandoned(std::chrono::seconds age = std::chrono::hours(7 * 24));
+  // What has begun and is not finished.
+  struct Unfinished {
+    std::string upload_id;
+    int64_t last_piece_unix_ns = 0;
+    uint64_t bytes = 0;  // that came
+  };
+  std::vector<Unfinished> ListUnfinished() const;
+  // FailedPrecondition: pieces come, or came since then.
+  absl::Status Abandon(const std::string& upload_id, int64_t last_piece_unix_ns);
 
  private:
   friend class UploadWriter;
   struct Upload;
   std::string FolderOf(const std::string& upload_id) const;
+  // Deleted items that still lie there, and what a kill left of an upload that began.
+  void RemoveRemains();
   absl::StatusOr<std::shared_ptr<Upload>> Find(const std::string& upload_id);
-  absl::Status CheckRoom(const v1::ItemManifest& manifest, int64_t received) const;
+  // With the lock.
+  std::shared_ptr<Upload> Know(const std::string& upload_id, v1::ItemUpload what);
+  // ResourceExhausted: the disk has no room for so many more bytes.
+  absl::Status CheckRoom(const char* field, int64_t more_bytes) const;
+  // What the uploads that go on have still to come.
+  int64_t BytesToCome(const std::string& but_of) const;
   absl::Status CheckFiles(Upload& upload);
 
   Library& library_;
   const std::string state_folder_;
   const ItemCheck check_;
+  std::atomic<uint64_t> least_free_bytes_ = 0;
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>> uploads_;
 };

@@ -7,6 +7,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "services/executor/run_program.h"
 #include "services/files/atomic_file.h"
@@ -16,6 +17,7 @@ namespace weft {
 namespace {
 
 constexpr int kProgramsAtOnce = 2;
+constexpr char kOfProgram[] = "command", kOfServer[] = "url";
 
 std::string NameOfHost() {
   char name[256] = "";
@@ -43,7 +45,7 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   if (absl::Status status = notices->ReadBeginning(folder + "/begun"); !status.ok()) return status;
   OutboxOptions of_programs;
-  of_programs.folder = folder + "/command";
+  of_programs.folder = absl::StrCat(folder, "/", kOfProgram);
   of_programs.at_once = kProgramsAtOnce;
   auto programs =
       Outbox::Open(of_programs, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
@@ -62,7 +64,7 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
   if (!programs.ok()) return programs.status();
   notices->programs_ = *std::move(programs);
   OutboxOptions of_requests;
-  of_requests.folder = folder + "/url";
+  of_requests.folder = absl::StrCat(folder, "/", kOfServer);
   auto requests =
       Outbox::Open(of_requests, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
@@ -83,6 +85,25 @@ absl::Status EndNotices::ReadBeginning(const std::string& path) {
 NoticeOptions EndNotices::Options() {
   const std::lock_guard lock(mutex_);
   return options_;
+}
+
+std::vector<Outbox::Waits> EndNotices::Waiting() {
+  std::vector<Outbox::Waits> all;
+  for (const auto& [kind, box] :
+       {std::pair(kOfProgram, programs_.get()), std::pair(kOfServer, requests_.get())}) {
+    for (const Outbox::Waits& waits : box->Waiting())
+      all.push_back({absl::StrCat(kind, "/", waits.name), waits.since_unix_ns});
+  }
+  return all;
+}
+
+absl::Status EndNotices::GiveUp(const std::string& name) {
+  absl::string_view in_box = name;
+  if (absl::ConsumePrefix(&in_box, absl::StrCat(kOfProgram, "/")))
+    return programs_->GiveUp(std::string(in_box));
+  if (absl::ConsumePrefix(&in_box, absl::StrCat(kOfServer, "/")))
+    return requests_->GiveUp(std::string(in_box));
+  return absl::NotFoundError(absl::StrCat("no notice ", name));
 }
 
 void EndNotices::SetOptions(NoticeOptions options) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -24,7 +25,8 @@ struct NoticeOptions {
 };
 
 // Each notice is on the disk when a function returns, and is delivered at least once. Programs run two at a
-// time and once, whatever their exit status; requests are repeated for three days. Thread safety: any thread.
+// time and once, whatever their exit status; requests are repeated until they are given up. Thread safety:
+// any thread.
 class EndNotices {
  public:
   // Errors of CreateFolders.
@@ -34,6 +36,11 @@ class EndNotices {
   absl::Status JobEnded(const v1::Job& job);
   // Takes that ended before notices were first kept in this folder are passed over.
   absl::Status TakeEnded(const v1::RecordedTake& take);
+
+  // Those that nobody has taken, for a program or a server: "command/NAME" and "url/NAME".
+  std::vector<Outbox::Waits> Waiting();
+  // Errors of Outbox::GiveUp.
+  absl::Status GiveUp(const std::string& name);
 
   // From now on, also for notices that wait.
   void SetOptions(NoticeOptions options);

@@ -1,12 +1,16 @@
 #include "services/notice/outbox.h"
 
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
 
@@ -45,11 +49,10 @@ void Outbox::Load() {
       fs::remove(entry.path(), ignored);  // half-written by a process that was killed
       continue;
     }
-    // Its age counts over restarts.
-    const fs::file_time_type written = entry.last_write_time(error);
-    const auto age = std::max(fs::file_time_type::duration(0), fs::file_time_type::clock::now() - written);
+    struct stat info;
+    if (stat(entry.path().c_str(), &info) != 0) continue;
     waiting_[entry.path().filename()] = {Clock::now(),
-                                         Clock::now() - std::chrono::duration_cast<Clock::duration>(age)};
+                                         int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec};
   }
   if (!waiting_.empty()) spdlog::info("{}: {} notices are delivered now", options_.folder, waiting_.size());
 }
@@ -62,7 +65,7 @@ absl::Status Outbox::Put(const std::string& name, const std::string& body) {
   }
   if (absl::Status status = WriteFileAtomically(PathOf(file), body, 0600); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
-  waiting_.try_emplace(file, Waiting{Clock::now(), Clock::now()});
+  waiting_.try_emplace(file, Notice{Clock::now(), HostTime_ns()});
   changed_.notify_all();
   return absl::OkStatus();
 }
@@ -89,12 +92,28 @@ void Outbox::Work(const std::stop_token& stop) {
   }
 }
 
+std::vector<Outbox::Waits> Outbox::Waiting() {
+  const std::lock_guard lock(mutex_);
+  std::vector<Waits> waits;
+  for (const auto& [name, notice] : waiting_) waits.push_back({name, notice.since_unix_ns});
+  return waits;
+}
+
+absl::Status Outbox::GiveUp(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  const auto found = waiting_.find(name);
+  if (found == waiting_.end() || found->second.busy)
+    return absl::FailedPreconditionError("it was delivered, or is being delivered");
+  if (unlink(PathOf(name).c_str()) != 0 && errno != ENOENT) return WriteError(PathOf(name), errno);
+  waiting_.erase(found);
+  return absl::OkStatus();
+}
+
 void Outbox::Conclude(const std::string& name, const absl::Status& status) {
-  Waiting& waiting = waiting_[name];
+  Notice& waiting = waiting_[name];
   waiting.busy = false;
   const std::string why = EscapedText(std::string(status.message()));
-  const bool is_late = Clock::now() - waiting.since > options_.keep;
-  if (absl::IsUnavailable(status) && !is_late) {
+  if (absl::IsUnavailable(status)) {
     waiting.pause = std::clamp(2 * waiting.pause, options_.first_pause, options_.longest_pause);
     waiting.next = Clock::now() + waiting.pause;
     spdlog::warn("notice {}: {}; again in {:.0f} s", name, why,

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -25,7 +26,6 @@ struct OutboxOptions {
   std::string folder;
   int at_once = 1;                                                                      // deliveries
   std::chrono::milliseconds first_pause{1000}, longest_pause{std::chrono::minutes(5)};  // between tries
-  std::chrono::milliseconds keep{std::chrono::hours(72)};  // then a notice is given up, and the log says so
 };
 
 // Thread safety: any thread.
@@ -40,11 +40,19 @@ class Outbox {
   // its name, while the first waits, changes nothing. Errors of WriteFileAtomically.
   absl::Status Put(const std::string& name, const std::string& body);
 
+  struct Waits {
+    std::string name;
+    int64_t since_unix_ns = 0;
+  };
+  std::vector<Waits> Waiting();
+  // Delivers it no more. FailedPrecondition: it was delivered, or is being delivered.
+  absl::Status GiveUp(const std::string& name);
+
  private:
   using Clock = std::chrono::steady_clock;
-  struct Waiting {
+  struct Notice {
     Clock::time_point next;
-    Clock::time_point since;
+    int64_t since_unix_ns = 0;
     std::chrono::milliseconds pause{0};
     bool busy = false;
   };
@@ -59,7 +67,7 @@ class Outbox {
   const Deliver deliver_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::map<std::string, Waiting> waiting_;  // by name
+  std::map<std::string, Notice> waiting_;  // by name
   std::vector<std::jthread> workers_;
 };
 

@@ -34,7 +34,7 @@ ROOMS = {
     # As in services/CMakeLists.txt and services/README.md.
     "services": ["process", "verdict", "files", "confinement", "rpc", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
                  "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "worker",
-                 "executor", "plan", "slurm", "notice", "daemon", "client", "installation", "cli"],
+                 "executor", "plan", "slurm", "notice", "retention", "daemon", "client", "installation", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.
 GROUND = {"pattern/observation.h"}

@@ -64,6 +64,7 @@ class Registration(ClientTest):
         self.start_daemon()
         client = self.client()
         self.assertEqual(client.server_info().version, importlib.metadata.version("weft"))
+        self.assertEqual(list(client.rehearse_retention(ahead_days=1.0).steps), [])
         shares = []
         spec = client.jobs.upload_inputs(self.spec(), progress=lambda done, total: shares.append(done / total))
         self.assertEqual(max(shares), 1)

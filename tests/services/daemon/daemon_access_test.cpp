@@ -57,6 +57,7 @@ const std::map<std::string, v1::Role>& ExpectedRoles() {
                                                         {"Operations.WatchOperation", v1::ROLE_VIEWER},
                                                         {"Server.Drain", v1::ROLE_ADMIN},
                                                         {"Server.GetServerInfo", v1::ROLE_VIEWER},
+                                                        {"Server.RehearseRetention", v1::ROLE_OPERATOR},
                                                         {"Sessions.CloseSession", v1::ROLE_OPERATOR},
                                                         {"Sessions.GetSession", v1::ROLE_VIEWER},
                                                         {"Sessions.ListSessions", v1::ROLE_VIEWER},

@@ -1,5 +1,6 @@
 // Items on the disk: uploads that go on, versions, damage, deletion.
 #include "services/library/library.h"
+#include "base/host_clock.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,6 +29,14 @@ class ItemsOnDisk : public ::testing::Test {
     uploads_.reset();
     library_ = Library::Open(folder_.path()).value();
     uploads_ = std::make_unique<Uploads>(*library_, folder_.path(), std::move(check));
+  }
+
+  // How many were.
+  int AbandonAll() {
+    int abandoned = 0;
+    for (const Uploads::Unfinished& one : uploads_->ListUnfinished())
+      abandoned += uploads_->Abandon(one.upload_id, one.last_piece_unix_ns).ok() ? 1 : 0;
+    return abandoned;
   }
 
   static v1::BeginUploadRequest RequestOf(const std::string& name, const Files& files) {
@@ -186,13 +195,13 @@ TEST_F(ItemsOnDisk, OfUploadsThatAreGoingOnAreNotRemoved) {
     piece.set_path("rig.json");
     piece.set_data("1");
     ASSERT_TRUE(writer.Add(piece).ok());
-    uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+    EXPECT_EQ(AbandonAll(), 0);
     EXPECT_EQ(CountUploads(), 1u);
     ASSERT_TRUE(writer.Sync().ok());
   }
   ASSERT_TRUE(Write(id, "rig.json", 1, "2").ok());
   ASSERT_TRUE(uploads_->Finish(id).ok());
-  uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+  EXPECT_EQ(AbandonAll(), 0);
   EXPECT_TRUE(library_->Hold(v1::ITEM_KIND_RIG, "lab").ok());
 }
 
@@ -207,15 +216,51 @@ TEST_F(ItemsOnDisk, ThatAnotherClientFinishedAreThere) {
 }
 
 TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
-  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "1"}})).value().upload_id();
-  uploads_->RemoveAbandoned();
-  EXPECT_EQ(CountUploads(), 1u);
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}})).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
+  // A clock that jumps removes nothing by itself.
   const std::string upload = folder_ / ("uploads/" + id + "/upload.json");
   std::filesystem::last_write_time(
-      upload, std::filesystem::file_time_type::clock::now() - std::chrono::hours(8 * 24));
+      upload, std::filesystem::file_time_type::clock::now() - std::chrono::hours(400 * 24));
   Restart();
+  const std::vector<Uploads::Unfinished> unfinished = uploads_->ListUnfinished();
+  ASSERT_EQ(unfinished.size(), 1u);
+  EXPECT_EQ(unfinished[0].upload_id, id);
+  EXPECT_GE(unfinished[0].bytes, 1u);
+  EXPECT_LT(unfinished[0].last_piece_unix_ns, HostTime_ns() - int64_t{399} * 24 * 3600 * 1'000'000'000);
+  // A piece that comes in between keeps it.
+  ASSERT_TRUE(Write(id, "rig.json", 1, "2").ok());
+  EXPECT_EQ(uploads_->Abandon(id, unfinished[0].last_piece_unix_ns).code(),
+            absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(AbandonAll(), 1);
   EXPECT_EQ(CountUploads(), 0u);
   EXPECT_EQ(Write(id, "rig.json", 0, "1").code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(ItemsOnDisk, LeaveTheRoomThatShallStayFree) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "12"}});
+  const std::string id = uploads_->Begin(request).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
+  uploads_->SetLeastFree(uint64_t{1} << 60);
+  EXPECT_EQ(Write(id, "rig.json", 1, "2").code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(uploads_->Begin(request).status().code(), absl::StatusCode::kResourceExhausted);
+  uploads_->SetLeastFree(0);
+  EXPECT_TRUE(Write(id, "rig.json", 1, "2").ok());
+  EXPECT_TRUE(uploads_->Finish(id).ok());
+}
+
+// Each would have room alone.
+TEST_F(ItemsOnDisk, ThatAreOnTheirWayTogetherNeedRoomTogether) {
+  const int64_t free_bytes =
+      static_cast<int64_t>(std::filesystem::space(std::string(folder_ / "")).available);
+  const auto begin = [&](const std::string& name, int64_t bytes) {
+    v1::BeginUploadRequest request = RequestOf(name, {{"rig.json", name}});
+    request.mutable_manifest()->mutable_files(0)->set_bytes(bytes);
+    return uploads_->Begin(request).status().code();
+  };
+  EXPECT_EQ(begin("a", free_bytes / 3 * 2), absl::StatusCode::kOk);
+  EXPECT_EQ(begin("b", free_bytes / 3 * 2), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(begin("a", free_bytes / 3 * 2), absl::StatusCode::kOk);  // goes on
 }
 
 TEST_F(ItemsOnDisk, FollowNoLinksThatStandInTheWay) {

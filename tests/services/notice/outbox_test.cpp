@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/host_clock.h"
 #include "services/notice/notice_request.h"
 #include "tests/capture/temp_folder.h"
 
@@ -88,11 +89,41 @@ TEST_F(OutboxTest, TheNextOneDeliversWhatWasInterrupted) {
   EXPECT_THAT(bodies, ::testing::UnorderedElementsAre("first", "second"));
 }
 
-TEST_F(OutboxTest, OldOnesAreGivenUp) {
-  options_.keep = std::chrono::milliseconds(0);
-  const auto box =
-      Open([](const std::string&, const std::stop_token&) { return absl::UnavailableError("away"); });
+TEST_F(OutboxTest, OneIsGivenUpOnDemand) {
+  options_.first_pause = options_.longest_pause = std::chrono::hours(1);
+  std::atomic<int> tries = 0;
+  const auto box = Open([&](const std::string&, const std::stop_token&) {
+    ++tries;
+    return absl::UnavailableError("away");
+  });
+  const int64_t before_ns = HostTime_ns();
   ASSERT_TRUE(box->Put("one", "body").ok());
+  ASSERT_TRUE(box->Put("two", "body").ok());
+  WaitUntil([&] { return tries == 2; });
+  std::vector<std::string> names;
+  for (const Outbox::Waits& waits : box->Waiting()) {
+    names.push_back(waits.name);
+    EXPECT_GE(waits.since_unix_ns, before_ns);
+    EXPECT_LE(waits.since_unix_ns, HostTime_ns());
+  }
+  EXPECT_THAT(names, ::testing::ElementsAre("one.json", "two.json"));
+  bool given_up = false;
+  WaitUntil([&] { return given_up = given_up || box->GiveUp("one.json").ok(); });
+  EXPECT_EQ(box->GiveUp("one.json").code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(Kept(), ::testing::ElementsAre("two.json"));
+}
+
+TEST_F(OutboxTest, OneThatIsBeingDeliveredIsNotGivenUp) {
+  std::atomic<bool> begun = false, ends = false;
+  const auto box = Open([&](const std::string&, const std::stop_token&) {
+    begun = true;
+    while (!ends) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return absl::OkStatus();
+  });
+  ASSERT_TRUE(box->Put("one", "body").ok());
+  WaitUntil([&] { return begun.load(); });
+  EXPECT_EQ(box->GiveUp("one.json").code(), absl::StatusCode::kFailedPrecondition);
+  ends = true;
   WaitUntil([&] { return Kept().empty(); });
 }
 

@@ -43,6 +43,11 @@ class Client:
         """Version, workers, jobs and warnings of the daemon."""
         return self._connection.call(self._server.GetServerInfo, v1.GetServerInfoRequest(), v1.ServerInfo, harmless=True)
 
+    def rehearse_retention(self, rules: Optional[v1.RetentionRules] = None, ahead_days: float = 0.0) -> v1.RetentionRehearsal:
+        """What the daemon would remove by itself within so many days, by its rules or these; nothing is removed."""
+        request = v1.RehearseRetentionRequest(rules=rules, ahead_days=ahead_days)
+        return self._connection.call(self._server.RehearseRetention, request, v1.RetentionRehearsal, harmless=True)
+
     def close(self) -> None:
         """Ends all calls. Jobs, takes and operations go on."""
         self._connection.close()
