@@ -22,6 +22,7 @@
 #include "services/daemon/daemon_parts.h"
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
+#include "services/daemon/reader_process.h"
 #include "services/daemon/take_folder.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
@@ -256,7 +257,10 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   if (error) return WriteError(options.state_folder, error.value());
 
   if (const std::string gaps = ConfinementGaps(); !gaps.empty()) spdlog::warn("{}", gaps);
-  ConfineFunctions(options);
+  if (options.reads_in_processes)
+    ReadInProcesses(options);
+  else
+    ConfineFunctions(options);
   std::unique_ptr<Daemon> daemon(new Daemon());
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;

@@ -14,20 +14,10 @@
 
 #include "absl/status/statusor.h"
 #include "services/daemon/input_stamps.h"
+#include "services/reading/job_inputs.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
-
-// What a job's inputs hold.
-struct LoadedInputs {
-  std::vector<std::string> frames;  // the names of those that are asked for
-  v1::InputHashes hashes;
-  std::vector<std::string> warnings;
-  std::optional<v1::DrivenJob> driven;  // of jobs with spec.driving
-};
-
-// Reads the inputs of a job and checks them against each other.
-using InputsLoader = std::function<absl::StatusOr<LoadedInputs>(const v1::RegistrationSpec& spec)>;
 
 // A studio submits job after job of the same inputs. Thread safety: any thread.
 class KnownInputs {

@@ -11,7 +11,6 @@
 #include <memory>
 
 #include "capture/file/plain_text.h"
-#include "services/animation/driven_frame.h"
 #include "services/daemon/config_file.h"
 #include "services/daemon/daemon.h"
 #include "services/daemon/daemon_life.h"
@@ -19,8 +18,6 @@
 #include "services/process/file_size.h"
 #include "services/process/help.h"
 #include "services/process/program_beside.h"
-#include "services/report/html_report.h"
-#include "services/report/job_verdict.h"
 
 namespace {
 
@@ -280,12 +277,7 @@ Program::Program()
   options.worker_program = weft::ProgramBeside("weft-worker");
   options.recorder_program = weft::ProgramBeside("weft-recorder");
   options.command_program = weft::ProgramBeside("weft");
-  options.endings.assess = weft::AssessJobFolder;
-  options.endings.write_report = weft::WriteJobReport;
-  options.find_incomplete = [](const weft::v1::Job& job, const std::vector<weft::v1::FrameInfo>& frames) {
-    return job.spec().has_driving() ? weft::FindIncompleteDriven(job, frames)
-                                    : weft::FindIncompleteFrames(job, frames);
-  };
+  options.reads_in_processes = true;
   app.add_option("--config", setup.config_file,
                  "Read options from here that no argument gives; SIGHUP reads it again")
       ->type_name("FILE");

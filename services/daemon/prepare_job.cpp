@@ -20,7 +20,6 @@
 #include "services/library/item_words.h"
 #include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
-#include "services/pipeline/registration_inputs.h"
 #include "services/pipeline/result_lock.h"
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
@@ -198,28 +197,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
   return out;
 }
 
-absl::StatusOr<LoadedInputs> LoadDrivingInputs(const v1::RegistrationSpec& spec) {
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec, NetReading::kBytesAlone);
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
-  if (!list.ok()) return list.status();
-  return LoadedInputs{list->Names(), (*inputs)->hashes, (*inputs)->warnings, DescribeDriving(spec, **inputs)};
-}
-
 }  // namespace
-
-absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec) {
-  if (spec.has_driving()) return LoadDrivingInputs(spec);
-  const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
-  if (!inputs.ok()) return inputs.status();
-  const std::vector<std::string>& names = (*inputs)->dump->frame_names();
-  const absl::StatusOr<std::vector<size_t>> range = FramesInRange(spec, names);
-  if (!range.ok()) return range.status();
-  if (absl::Status status = AddExtraWarnings(spec, *range, **inputs); !status.ok()) return status;
-  LoadedInputs loaded{{}, (*inputs)->hashes, (*inputs)->warnings, std::nullopt};
-  for (const size_t index : *range) loaded.frames.push_back(names[index]);
-  return loaded;
-}
 
 std::string HashOfRequest(const v1::SubmitJobRequest& request) {
   return ContentHash()

@@ -14,9 +14,6 @@
 
 namespace weft {
 
-// An InputsLoader. Errors of LoadInputs and FramesInRange, or of LoadDriveInputs and ListDriveFrames.
-absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec);
-
 struct PreparedJob {
   v1::Job job;
   std::vector<std::string> frames;

@@ -40,7 +40,7 @@ std::string KeepingFile(const std::string& folder) { return folder + "/keeping.j
 
 v1::TakeKeeping ReadKeeping(const std::string& folder) {
   v1::TakeKeeping keeping;
-  const absl::Status status = ReadJsonFile(KeepingFile(folder), keeping);
+  const absl::Status status = ReadJsonFile(KeepingFile(folder), keeping, kSmallJson);
   if (!status.ok() && !absl::IsNotFound(status)) {
     spdlog::warn("{}", EscapedText(std::string(status.message())));
     keeping.set_pinned(true);

@@ -16,7 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uintmax_t kMostImageBytes = uintmax_t{256} << 20;  // a pixel is a cell
+
 absl::StatusOr<Board> ReadBoardImage(const std::string& path) {
+  std::error_code error;
+  if (const uintmax_t bytes = fs::file_size(path, error); !error && bytes > kMostImageBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", bytes, " bytes, more than the ",
+                                                   kMostImageBytes, " that the image of a board may have"));
+  }
   const absl::StatusOr<Frame> image = ReadImageFile(path);
   if (!image.ok()) return image.status();
   absl::StatusOr<Board> board = BoardFromImage(*image);
@@ -67,7 +74,7 @@ absl::Status CheckPartHashes(const std::string& path, const v1::Board& proto, co
 
 absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   v1::Board proto;
-  if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
+  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
   const fs::path image_name = proto.image().empty() ? "board.png" : proto.image();
   const absl::StatusOr<std::string> image_file = FileBeside(path, "image", image_name);
   if (!image_file.ok()) return image_file.status();

@@ -53,13 +53,37 @@ std::string KnownValues(const std::string& why, const google::protobuf::Message&
 
 }  // namespace
 
-absl::Status ParseJson(std::string_view text, const std::string& source_name,
-                       google::protobuf::Message& message) {
-  if (text.size() > kMaxJsonBytes) {
-    return absl::InvalidArgumentError(absl::StrCat(source_name, ": has ", text.size(),
-                                                   " bytes, more than the ", kMaxJsonBytes,
-                                                   " that a JSON file may have"));
+absl::Status CheckJsonLimits(std::string_view text, const std::string& source_name,
+                             const JsonLimits& limits) {
+  const auto more_than = [&](const std::string& has, const std::string& may) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source_name, ": has ", has, ", and a JSON file of this kind may have ", may));
+  };
+  if (text.size() > limits.bytes)
+    return more_than(absl::StrCat(text.size(), " bytes"), absl::StrCat(limits.bytes, " at most"));
+  uint64_t values = 0;
+  int depth = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char letter = text[i];
+    if (letter == '"') {  // to its end
+      for (++i; i < text.size() && text[i] != '"'; ++i) i += text[i] == '\\' ? 1 : 0;
+    } else if (letter == '{' || letter == '[') {
+      ++values;
+      if (++depth > limits.depth)
+        return more_than("objects and arrays in each other deeper than that", absl::StrCat(limits.depth));
+    } else if (letter == '}' || letter == ']') {
+      --depth;
+    } else if (letter == ',') {
+      ++values;
+    }
+    if (values > limits.values) return more_than("more values", absl::StrCat(limits.values, " at most"));
   }
+  return absl::OkStatus();
+}
+
+absl::Status ParseJson(std::string_view text, const std::string& source_name,
+                       google::protobuf::Message& message, const JsonLimits& limits) {
+  if (absl::Status status = CheckJsonLimits(text, source_name, limits); !status.ok()) return status;
   const absl::StatusOr<std::string_view> json = JsonOf(text, source_name);
   if (!json.ok()) return json.status();
   google::protobuf::util::JsonParseOptions options;
@@ -97,10 +121,11 @@ absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, Jso
   return text;
 }
 
-absl::Status ReadJsonFile(const std::string& path, google::protobuf::Message& message) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path, kMaxJsonBytes);
+absl::Status ReadJsonFile(const std::string& path, google::protobuf::Message& message,
+                          const JsonLimits& limits) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(path, limits.bytes);
   if (!text.ok()) return text.status();
-  return ParseJson(*text, path, message);
+  return ParseJson(*text, path, message, limits);
 }
 
 absl::Status WriteJsonFile(const std::string& path, const google::protobuf::Message& message,

@@ -134,8 +134,8 @@ absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& sour
   return TriangleMesh{*std::move(positions), *std::move(faces)};
 }
 
-absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
+absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes) {
+  const absl::StatusOr<Ply> ply = ReadPly(path, max_bytes);
   if (!ply.ok()) return ply.status();
   return MeshFromPly(*ply, path);
 }

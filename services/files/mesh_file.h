@@ -1,6 +1,7 @@
 // Triangle meshes as PLY: templates, results and ground truth.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace weft {
 // ignored. InvalidArgument names the file and the vertex or face: missing properties, coordinates that are
 // not finite, polygons, indices outside the vertices.
 absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name);
-absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path);
+absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
 
 // Coordinates in double precision, so that the mesh read back hashes the same. A texture, where there is one,
 // is properties s and t of the vertices, and a list texcoord (u v of each corner) of the faces where they

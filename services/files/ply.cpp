@@ -291,8 +291,8 @@ absl::StatusOr<Ply> ParsePly(std::string_view bytes, const std::string& source_n
   return std::move(header->layout);
 }
 
-absl::StatusOr<Ply> ReadPly(const std::string& path) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path);
+absl::StatusOr<Ply> ReadPly(const std::string& path, uint64_t max_bytes) {
+  const absl::StatusOr<std::string> bytes = ReadWholeFile(path, max_bytes);
   if (!bytes.ok()) return bytes.status();
   return ParsePly(*bytes, path);
 }

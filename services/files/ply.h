@@ -47,7 +47,7 @@ struct Ply {
 // what a header announces and the data do not hold is an error before anything is allocated for it.
 // InvalidArgument names source_name and, where it applies, element, row and property.
 absl::StatusOr<Ply> ParsePly(std::string_view bytes, const std::string& source_name);
-absl::StatusOr<Ply> ReadPly(const std::string& path);
+absl::StatusOr<Ply> ReadPly(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
 
 // Binary little-endian. InvalidArgument names the property whose column has another length than the element,
 // or a value that its type cannot hold.

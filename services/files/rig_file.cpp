@@ -113,7 +113,7 @@ absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_na
         source_name, ": is no JSON; `weft rig import` makes a rig.json of the files of other programs"));
   }
   v1::Rig proto;
-  if (absl::Status status = ParseJson(json, source_name, proto); !status.ok()) return status;
+  if (absl::Status status = ParseJson(json, source_name, proto, kInputJson); !status.ok()) return status;
   Rig rig;
   rig.id = proto.id();
   for (int i = 0; i < proto.cameras_size(); ++i) {
@@ -135,7 +135,7 @@ absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_na
 }
 
 absl::StatusOr<Rig> ReadRig(const std::string& path) {
-  const absl::StatusOr<std::string> json = ReadWholeFile(path, kMaxJsonBytes);
+  const absl::StatusOr<std::string> json = ReadWholeFile(path, kInputJson.bytes);
   if (!json.ok()) return json.status();
   return ParseRig(*json, path);
 }
@@ -166,7 +166,7 @@ absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string
 absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std::string& path) {
   if (absl::Status status = ReadRig(path).status(); !status.ok()) return status;
   v1::Rig proto;
-  if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
+  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
   if (!proto.has_calibration()) return std::nullopt;
   const v1::RigCalibration& from = proto.calibration();
   CalibrationRecord record;

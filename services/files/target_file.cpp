@@ -8,7 +8,7 @@ namespace weft {
 
 absl::StatusOr<CalibrationTarget> ReadTarget(const std::string& path) {
   v1::CalibrationTarget proto;
-  if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
+  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
   CalibrationTarget target;
   target.id = proto.id();
   for (const v1::TagBoard& board : proto.boards()) {

@@ -20,6 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uint64_t kMostMeshBytes = uint64_t{512} << 20,
+                   kMostCellsBytes = uint64_t{256} << 20;  // millions of vertices
+
 absl::Status CheckFileName(const std::string& path, const char* field, const std::string& name) {
   if (!name.empty() && !fs::path(name).has_parent_path() && name != "." && name != "..")
     return absl::OkStatus();
@@ -120,7 +123,7 @@ std::string MapText(const std::vector<VertexNode>& nodes, NodeKind kind) {
 }
 
 absl::StatusOr<std::vector<VertexNode>> ReadMap(const std::string& path, NodeKind kind, size_t vertices) {
-  const absl::StatusOr<std::string> text = ReadTextFile(path);
+  const absl::StatusOr<std::string> text = ReadTextFile(path, kMostCellsBytes);
   if (!text.ok()) return text.status();
   absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, kind, path);
   if (nodes.ok() && nodes->size() != vertices) {
@@ -137,7 +140,7 @@ std::string JsonPath(const std::string& path) {
 
 absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
   v1::Template proto;
-  if (absl::Status status = ReadJsonFile(json, proto); !status.ok()) return status;
+  if (absl::Status status = ReadJsonFile(json, proto, kInputJson); !status.ok()) return status;
   absl::Status status = CheckFileName(json, "mesh", proto.mesh());
   status.Update(CheckFileName(json, "cells", proto.cells()));
   if (!proto.corners().empty()) status.Update(CheckFileName(json, "corners", proto.corners()));
@@ -152,7 +155,7 @@ absl::StatusOr<GarmentParts> ReadGarmentParts(const std::string& path) {
   const absl::StatusOr<v1::Template> proto = ReadProto(json);
   if (!proto.ok()) return proto.status();
   const std::string mesh_path = (fs::path(json).parent_path() / proto->mesh()).string();
-  const absl::StatusOr<Ply> ply = ReadPly(mesh_path);
+  const absl::StatusOr<Ply> ply = ReadPly(mesh_path, kMostMeshBytes);
   if (!ply.ok()) return ply.status();
   const absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, mesh_path);
   if (!mesh.ok()) return mesh.status();
@@ -174,7 +177,7 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
   const v1::Template& proto = *read;
   const fs::path folder = fs::path(json).parent_path();
 
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh((folder / proto.mesh()).string());
+  absl::StatusOr<TriangleMesh> mesh = ReadMesh((folder / proto.mesh()).string(), kMostMeshBytes);
   if (!mesh.ok()) return mesh.status();
   const size_t vertices = mesh->vertices_mm.size();
   absl::StatusOr<std::vector<VertexNode>> nodes =

@@ -46,7 +46,7 @@ bool LeftTakeOpen(const RecorderFiles& files, const v1::RecorderState& state) {
 pid_t ProcessOf(const RecorderFiles& files) {
   const UniqueFd lock(open(files.lock.c_str(), O_RDONLY | O_CLOEXEC));
   if (!lock.open() || flock(lock.get(), LOCK_SH | LOCK_NB) == 0) return 0;
-  const absl::StatusOr<std::string> text = ReadWholeFile(files.lock);
+  const absl::StatusOr<std::string> text = ReadWholeFile(files.lock, 4096);
   int pid = 0;
   if (!text.ok() || !absl::SimpleAtoi(*text, &pid) || pid <= 1) return 0;
   return pid;
@@ -76,7 +76,7 @@ absl::Status Spawn(const std::string& program, const std::string& folder, const 
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return absl::OkStatus();
-  const absl::StatusOr<std::string> log = ReadWholeFile(files.log);
+  const absl::StatusOr<std::string> log = ReadWholeFile(files.log, uint64_t{1} << 20);
   return absl::InternalError(
       absl::StrCat(program, ": ", DescribeExit(status), log.ok() ? absl::StrCat("; ", *log) : ""));
 }
@@ -97,10 +97,11 @@ absl::Status StartRecorder(const std::string& program, const std::string& folder
 absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder) {
   const RecorderFiles files(folder);
   RecorderView view;
-  if (absl::Status status = ReadJsonFile(files.request, view.request); !status.ok()) return status;
+  if (absl::Status status = ReadJsonFile(files.request, view.request, kSmallJson); !status.ok())
+    return status;
   // In this order: one that ends in between has written its last state before it let go.
   view.lives = ProcessOf(files) != 0;
-  const absl::Status status = ReadJsonFile(files.state, view.state);
+  const absl::Status status = ReadJsonFile(files.state, view.state, kSmallJson);
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   return view;
 }

@@ -63,10 +63,10 @@ absl::Status WriteTakeFile(const std::string& folder, const v1::Take& take) {
 
 absl::StatusOr<TakeFile> ReadTakeFileStrictly(const std::string& folder) {
   const std::string path = TakeJsonFile(folder);
-  absl::StatusOr<std::string> text = ReadWholeFile(path, kMaxJsonBytes);
+  absl::StatusOr<std::string> text = ReadWholeFile(path, kSmallJson.bytes);
   if (!text.ok()) return text.status();
   TakeFile file;
-  if (absl::Status status = ParseJson(*text, path, file.take); !status.ok())
+  if (absl::Status status = ParseJson(*text, path, file.take, kSmallJson); !status.ok())
     return absl::DataLossError(absl::StrCat("damaged: ", EscapedText(std::string(status.message()))));
   const std::string printed = file.take.checksum();
   file.take.clear_checksum();

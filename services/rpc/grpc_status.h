@@ -8,9 +8,9 @@
 
 namespace weft {
 
-// Messages longer than kMaxStatusBytes are cut, and details longer than that are left out: they travel in
-// headers.
-inline constexpr size_t kMaxStatusBytes = 4000;
+// Status and details travel in headers, of which clients take 8 KiB in all. Messages that take more than
+// kMaxStatusBytes there are cut, and details are left out that take more.
+inline constexpr size_t kMaxStatusBytes = 3500;
 grpc::Status ToGrpcStatus(const absl::Status& status);
 
 absl::Status FromGrpcStatus(const grpc::Status& status);

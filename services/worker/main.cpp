@@ -1,4 +1,4 @@
-// `weft-worker TASK.json`: one task, one process.
+// `weft-worker TASK.json`: one task, one process. `weft-worker --read`: one reading.
 #include <CLI/CLI.hpp>
 
 #include <fcntl.h>
@@ -22,6 +22,7 @@
 #include "services/process/freed_memory.h"
 #include "services/process/memory_limit.h"
 #include "services/process/stop_on_signal.h"
+#include "services/reading/run_reading.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"
 #include "services/worker/worker_usage.h"
@@ -100,6 +101,17 @@ absl::Status RunWithin(const std::string& path, const EventLog& log, const weft:
   }
 }
 
+// A Reading from standard input, its answer to standard output.
+absl::Status ReadForDaemon() {
+  weft::v1::Reading reading;
+  if (!reading.ParseFromFileDescriptor(STDIN_FILENO))
+    return absl::InvalidArgumentError("standard input: is no weft.v1.Reading");
+  const std::string answer = weft::RunReading(reading).SerializeAsString();
+  if (const int error = weft::WriteAll(STDOUT_FILENO, answer); error != 0)
+    return weft::WriteError("standard output", error);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -111,7 +123,9 @@ int main(int argc, char** argv) {
   int parent = 0, patience_s = 0;
   int64_t memory_mib = 0;
   app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
-  app.add_option("TASK", path, "The task.json")->required();
+  bool reads = false;
+  app.add_option("TASK", path, "The task.json");
+  app.add_flag("--read", reads, "Read files of others instead: a weft.v1.Reading from standard input");
   app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
   app.add_option("--memory-mib", memory_mib, "Memory that this process may take; 0: any")->type_name("MIB");
   app.add_option("--user", user, "Run as this user; needs root")->type_name("NAME");
@@ -137,6 +151,15 @@ int main(int argc, char** argv) {
     return weft::kExitFailed;
   }
   signal(SIGPIPE, SIG_IGN);
+  if (reads) {
+    const absl::Status read = ReadForDaemon();
+    if (!read.ok()) weft::PrintError(read);
+    return weft::ExitStatusOf(read);
+  }
+  if (path.empty()) {
+    weft::PrintError(absl::InvalidArgumentError("TASK: must be given; weft-worker is started by weftd"));
+    return weft::kExitBadInput;
+  }
   const weft::UsageMeter meter;
   EventLog log;
   if (!events.empty()) {

@@ -33,7 +33,7 @@ ROOMS = {
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
     "services": ["process", "verdict", "files", "confinement", "rpc", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
-                 "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "worker",
+                 "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "reading", "worker",
                  "executor", "plan", "slurm", "notice", "retention", "daemon", "client", "installation", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.

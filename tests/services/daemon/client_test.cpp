@@ -3,7 +3,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "services/rpc/grpc_status.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {
@@ -68,19 +67,6 @@ TEST_F(DaemonTest, AWatchedDaemonThatGoesAwayIsNamedWithTheRemedy) {
   const absl::Status status = client_->Get(id).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(status.message()), HasSubstr(address));
-}
-
-TEST(GrpcStatus, KeepsEveryCategoryBothWays) {
-  for (int code = 1; code <= 16; ++code) {
-    const absl::Status status(static_cast<absl::StatusCode>(code), "why");
-    EXPECT_EQ(FromGrpcStatus(ToGrpcStatus(status)), status);
-  }
-  EXPECT_TRUE(FromGrpcStatus(ToGrpcStatus(absl::OkStatus())).ok());
-}
-
-TEST(GrpcStatus, CutsMessagesThatDoNotFitAHeader) {
-  const grpc::Status status = ToGrpcStatus(absl::InternalError(std::string(100'000, 'x')));
-  EXPECT_LT(status.error_message().size(), kMaxStatusBytes + 10);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "services/files/rig_file.h"
 #include "tests/capture/temp_folder.h"
 #include "weft/v1/report.pb.h"
+#include "weft/v1/rig.pb.h"
 #include "weft/v1/session.pb.h"
 
 namespace weft {
@@ -147,6 +148,35 @@ TEST(JsonFile, SaysWhichValuesAFieldTakes) {
   EXPECT_THAT(
       std::string(status.message()),
       ::testing::HasSubstr("it is one of SESSION_TRIGGER_KIND_FREE_RUN, SESSION_TRIGGER_KIND_SOFTWARE"));
+}
+
+// A parser would take gigabytes for each of these.
+TEST(JsonLimits, AreLookedAtBeforeAnythingIsParsed) {
+  v1::Rig rig;
+  const auto refused = [&](const std::string& text, const JsonLimits& limits = kInputJson) {
+    return ParseJson(text, "rig.json", rig, limits).message();
+  };
+  const auto repeated = [](const std::string& text, int times) {
+    std::string all;
+    for (int i = 0; i < times; ++i) all += text;
+    return all;
+  };
+  EXPECT_THAT(std::string(refused("{\"cameras\":" + std::string(1 << 20, '['))),
+              HasSubstr("deeper than that"));
+  EXPECT_THAT(std::string(refused("{\"cameras\":[" + repeated("{},", 1'200'000) + "{}]}")),
+              HasSubstr("1000000 at most"));
+  EXPECT_THAT(std::string(refused("{\"cameras\":[" + repeated("1,", 1'200'000) + "1]}")),
+              HasSubstr("1000000 at most"));
+  EXPECT_THAT(std::string(refused(std::string((64 << 20) + 1, ' '))), HasSubstr("67108864 at most"));
+}
+
+TEST(JsonLimits, CountNothingInTexts) {
+  const JsonLimits limits = {.bytes = 1000, .values = 4, .depth = 2};
+  EXPECT_TRUE(CheckJsonLimits(R"({"a": "[[[[{{{{,,,,\"[[[", "b": [1, 2]})", "x", limits).ok());
+  EXPECT_TRUE(CheckJsonLimits(R"({"a": "\\", "b": [1]})", "x", limits).ok());
+  EXPECT_FALSE(CheckJsonLimits(R"({"a": [[1]]})", "x", limits).ok());
+  EXPECT_FALSE(CheckJsonLimits(R"([1, 2, 3, 4, 5])", "x", limits).ok());
+  EXPECT_TRUE(CheckJsonLimits(R"(]]]}}} "without an end)", "x", limits).ok());
 }
 
 }  // namespace
