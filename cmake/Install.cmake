@@ -32,7 +32,17 @@ execute_process(COMMAND ${CMAKE_COMMAND} -E tar cf ${add_on}/weft_blender.zip --
 install(FILES clients/blender/weft_blender.py clients/blender/weft_result.py ${add_on}/weft_blender.zip
   DESTINATION ${CMAKE_INSTALL_DATADIR}/weft/blender)
 install(PROGRAMS deploy/tour.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
-install(FILES deploy/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
+install(FILES deploy/copyright SECURITY.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
+
+# What the programs run with on the machine where they were built.
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+install(CODE "
+  set(bill \"${PROJECT_BINARY_DIR}/weft.cdx.json\")
+  execute_process(COMMAND \"${Python3_EXECUTABLE}\" \"${PROJECT_SOURCE_DIR}/deploy/sbom.py\" --version ${PROJECT_VERSION}
+      --out \"\${bill}\" --npm \"${PROJECT_SOURCE_DIR}/console/package-lock.json\" $<TARGET_FILE:weft> $<TARGET_FILE:weftd>
+      $<TARGET_FILE:weft-recorder> $<TARGET_FILE:weft-video> $<TARGET_FILE:weft-worker>
+    COMMAND_ERROR_IS_FATAL ANY)
+  file(INSTALL \"\${bill}\" DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/doc/weft\")")
 
 # systemd looks there whatever the prefix's `lib` is called.
 install(FILES deploy/systemd/weftd.service DESTINATION lib/systemd/system)

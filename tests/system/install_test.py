@@ -1,5 +1,6 @@
 """What `cmake --install` installs: programs that run there, the tour, examples that read results."""
 
+import json
 import os
 import re
 import shutil
@@ -54,6 +55,21 @@ class Installed(unittest.TestCase):
             said = subprocess.run([f"{self.prefix}/bin/weft", "completion", shell], capture_output=True, text=True,
                                   timeout=LONG_S, check=True).stdout
             self.assertEqual(read(f"{self.share}/{name}"), said)
+
+    def test_bill_of_materials_names_what_programs_load(self):
+        bill = json.loads(read(f"{self.share}/doc/weft/weft.cdx.json"))
+        self.assertEqual((bill["bomFormat"], bill["metadata"]["component"]["name"]), ("CycloneDX", "weft"))
+        parts = {part["name"]: part for part in bill["components"]}
+        # An independent look: what the dynamic linker of weftd names, and the package that has it.
+        library = re.search(r"libgrpc\+\+\S* => (\S+)", subprocess.run(["ldd", f"{self.prefix}/bin/weftd"], capture_output=True,
+                                                                       text=True, check=True).stdout).group(1)
+        name, version = subprocess.run(["dpkg-query", "--show", "--showformat", "${Package} ${Version}", "libgrpc++1.51"],
+                                       capture_output=True, text=True, check=True).stdout.split()
+        self.assertTrue(os.path.exists(library))
+        self.assertEqual(parts[name]["version"], version)
+        self.assertIn("three", parts)
+        self.assertTrue(all(part["purl"].startswith(("pkg:deb/debian/", "pkg:npm/")) for part in parts.values()))
+        self.assertIn("Report a fault", read(f"{self.share}/doc/weft/SECURITY.md"))
 
     def test_tour_gets_to_the_end(self):
         self.assertEqual(self.done.returncode, 0, self.done.stdout + self.done.stderr)
