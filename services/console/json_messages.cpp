@@ -10,6 +10,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
+#include "services/files/json_file.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/service_files.h"
 #include "weft/v1/console.pb.h"
@@ -63,6 +64,9 @@ const google::protobuf::MethodDescriptor* FindMethod(std::string_view name) {
 }
 
 absl::Status FromJson(std::string_view json, Message& message) {
+  // Also of browsers that nobody knows yet: a megabyte of brackets would take 300.
+  constexpr JsonLimits kRequest = {.bytes = uint64_t{1} << 20, .values = 20'000, .depth = 30};
+  if (absl::Status status = CheckJsonLimits(json, "the request", kRequest); !status.ok()) return status;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = false;
   const auto status =

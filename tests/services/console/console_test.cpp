@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/access/access_list.h"
 #include "services/access/audit_log.h"
+#include "services/console/json_messages.h"
 #include "services/files/mesh_file.h"
 #include "services/files/unique_fd.h"
 #include "tests/services/daemon/daemon_fixture.h"
@@ -107,6 +108,19 @@ TEST_F(ConsoleTest, ExchangesATokenForACookieThatScriptsCannotRead) {
 }
 
 // Roles, errors with their fields and the audit log are those of the API.
+// A parser would take 300 bytes for each of these, of browsers that nobody knows.
+TEST_F(ConsoleTest, JsonThatIsMadeToTakeMemoryIsRefusedUnread) {
+  const std::string nested = "{\"token\":" + std::string(1'000'000, '[');
+  std::string many = "{\"token\":[";
+  for (int i = 0; i < 300'000; ++i) many += "{},";
+  v1::ConsoleLogin login;
+  EXPECT_THAT(std::string(FromJson(nested, login).message()), HasSubstr("deeper than that"));
+  EXPECT_THAT(std::string(FromJson(many + "{}]}", login).message()), HasSubstr("20000 at most"));
+  EXPECT_THAT(Post("/login", nested), StartsWith("HTTP/1.1 400"));
+  ASSERT_THAT(LogIn(TokenOf(v1::ROLE_VIEWER)), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(Post("/api/Jobs/GetJob", nested), HasSubstr("deeper than that"));
+}
+
 TEST_F(ConsoleTest, CallsAreThoseOfTheTokensOwner) {
   LogIn(TokenOf(v1::ROLE_VIEWER));
   const std::string refused = Post("/api/Takes/StartTake", "{}");
