@@ -44,6 +44,9 @@ def steps():
     found["console_load"] = (["/usr/bin/python3", "tests/system/console_load.py"], {"WEFT_BIN": "build/dev/bin", "WEFT_SOURCE": "."})
     found["take_campaign"] = ([PYTHON, "tests/system/take_campaign.py", "--log", os.path.join(LOGS, "take_campaign.json")],
                               {"WEFT_BIN": "build/dev/bin", "WEFT_DISK_FAULTS": "build/dev/tests/system/libdisk_faults.so"})
+    found["loss_campaign"] = ([PYTHON, "tests/system/loss_campaign.py", "--log", os.path.join(LOGS, "loss_campaign.json")],
+                              {"WEFT_BIN": "build/dev/bin", "WEFT_DISK_FAULTS": "build/dev/tests/system/libdisk_faults.so",
+                               "WEFT_WRONG_CLOCK": "build/dev/tests/system/libwrong_clock.so"})
     found["take_damage"] = ctest("System.take_damage", WEFT_DAMAGE_ROUNDS="1000")
     found["crash"] = ctest("System.crash", WEFT_CRASH_STATES="1000", WEFT_CRASH_CALLS="all")
     found["job_crash"] = ctest("System.job_crash", WEFT_CRASH_STATES="100", WEFT_FAILED_CALLS="300")
