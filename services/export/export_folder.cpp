@@ -1,5 +1,6 @@
 #include "services/export/export_folder.h"
 
+#include <fcntl.h>
 #include <google/protobuf/util/message_differencer.h>
 #include <sys/statvfs.h>
 
@@ -11,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/files/unique_fd.h"
 
 namespace weft {
 namespace {
@@ -78,8 +80,10 @@ absl::Status ExportFolder::CheckRoom(uint64_t needed_bytes, uint64_t present_byt
   // The nearest folder that exists.
   fs::path folder = fs::absolute(path_);
   while (folder.has_relative_path() && !Exists(folder.string())) folder = folder.parent_path();
+  // By a descriptor: confined processes ask about no other disks.
+  const UniqueFd opened(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   struct statvfs disk {};
-  if (statvfs(folder.c_str(), &disk) != 0) return WriteError(folder.string(), errno);
+  if (!opened.open() || fstatvfs(opened.get(), &disk) != 0) return WriteError(folder.string(), errno);
   const uint64_t free_bytes = uint64_t{disk.f_bavail} * disk.f_frsize;
   const uint64_t needed = needed_bytes > present_bytes ? needed_bytes - present_bytes : 0;
   if (needed + kSpareBytes <= free_bytes) return absl::OkStatus();

@@ -129,6 +129,11 @@ absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes
   return error == 0 ? absl::OkStatus() : WriteError(path, error);
 }
 
+absl::Status CopyWholeFile(const std::string& from, const std::string& to) {
+  const absl::StatusOr<std::string> bytes = ReadWholeFile(from);
+  return bytes.ok() ? WriteFileAtomically(to, *bytes) : bytes.status();
+}
+
 bool IsTemporaryNameOf(std::string_view name, std::string_view file) {
   return TakeWord(name, file) && TakeWord(name, ".tmp.") && TakeDigits(name) && TakeWord(name, ".") &&
          TakeDigits(name) && name.empty();

@@ -26,6 +26,10 @@ int WriteAll(int fd, std::string_view bytes);
 // `mode` is the file's, less the process's umask.
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes, mode_t mode = 0666);
 
+// The bytes of one file under another name, which is written as above; it gets the mode of a new file. Errors
+// of ReadWholeFile and WriteFileAtomically.
+absl::Status CopyWholeFile(const std::string& from, const std::string& to);
+
 // Whether WriteFileAtomically gives the file `file` temporary names like `name`.
 bool IsTemporaryNameOf(std::string_view name, std::string_view file);
 

@@ -161,10 +161,8 @@ absl::Status ExportCamera(const CameraFrames& frames, const std::string& rate, c
 
 // Takes of images have no clocks.csv.
 absl::Status CopyWhereItExists(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  if (!fs::exists(from, error)) return absl::OkStatus();
-  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
-  return error ? absl::UnavailableError(absl::StrCat(to.string(), ": ", error.message())) : absl::OkStatus();
+  const absl::Status copied = CopyWholeFile(from.string(), to.string());
+  return absl::IsNotFound(copied) ? absl::OkStatus() : copied;
 }
 
 }  // namespace

@@ -296,8 +296,7 @@ absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& ou
   trimmed.set_own_clocks(description->own_clocks());
   absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(trimmed), options.recorder);
   if (!copy.ok()) return copy.status();
-  std::error_code no_clocks;  // takes of images have none
-  fs::copy_file(ClockLogFile(take), ClockLogFile(out), no_clocks);
+  CopyWholeFile(ClockLogFile(take), ClockLogFile(out)).IgnoreError();  // takes of images have none
   for (size_t i = 0; i < sets.size(); ++i) {
     if (i > 0) copy->NoteDropped(view->take().ledger(), sets[i - 1] + 1, sets[i] - 1);
     absl::StatusOr<RawFrameSet> set = view->ReadSet(i);
