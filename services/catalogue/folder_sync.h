@@ -12,8 +12,7 @@ namespace weft {
 // Flushes the folder that holds `path`. Unavailable: the disk refuses.
 absl::Status SyncFolderOf(const std::string& path);
 
-// Holds <path>.lock as long as it lives, or until the process ends. A child that inherits the descriptor
-// holds it, too.
+// Holds <path>.lock as long as it lives, or until the process ends.
 class FileLock {
  public:
   // FailedPrecondition: another process holds it, also after `patience`. PermissionDenied, ResourceExhausted:
@@ -22,8 +21,6 @@ class FileLock {
   FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   FileLock& operator=(FileLock&&) = delete;
   ~FileLock();
-
-  int fd() const { return fd_; }
 
  private:
   explicit FileLock(int fd) : fd_(fd) {}

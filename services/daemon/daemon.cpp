@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
@@ -25,6 +27,7 @@
 #include "services/daemon/reader_process.h"
 #include "services/daemon/take_folder.h"
 #include "services/executor/local_executor.h"
+#include "services/executor/process_record.h"
 #include "services/files/atomic_file.h"
 #include "services/library/item_words.h"
 #include "services/notice/end_notices.h"
@@ -38,12 +41,29 @@ namespace {
 
 constexpr int kMaxWorkers = 1024;
 
-// Has the lock that processes of a daemon inherit: those that an earlier one left behind are gone.
-absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
+std::string ProcessFolderOf(const std::string& state_folder) {
+  return absl::StrCat(state_folder, "/processes");
+}
+
+// Waits for the end of processes that an earlier daemon left behind.
+absl::Status AwaitEarlierProcesses(const std::string& state_folder) {
   constexpr std::chrono::seconds kPatience{10};  // the kernel ends them with their daemon
-  const std::string path = absl::StrCat(state_folder, "/processes");
-  absl::StatusOr<FileLock> fence = FileLock::Take(path, kPatience);
-  if (!absl::IsFailedPrecondition(fence.status())) return fence;
+  constexpr std::chrono::milliseconds kLook{5};
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    const std::vector<pid_t> running = FindRecorded(ProcessFolderOf(state_folder));
+    if (running.empty()) break;
+    if (std::chrono::steady_clock::now() > until) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          state_folder, ": processes of a weftd that has ended still run: ", absl::StrJoin(running, ", "),
+          "; end them, or wait for their end"));
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+  // Earlier versions left a lock with their processes.
+  const std::string path = ProcessFolderOf(state_folder);
+  const absl::Status taken = FileLock::Take(path, kPatience).status();
+  if (!absl::IsFailedPrecondition(taken)) return taken;
   return absl::FailedPreconditionError(absl::StrCat(
       path, ".lock: processes of a weftd that has ended still run; `fuser ", path, ".lock` names them"));
 }
@@ -61,7 +81,7 @@ std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
 }
 
 absl::StatusOr<std::unique_ptr<Executor>> MakeLocalExecutor(const DaemonOptions& options,
-                                                            const CoreShare& share, int fence_fd) {
+                                                            const CoreShare& share) {
   LocalExecutorOptions executor_options;
   executor_options.worker_program = options.worker_program;
   executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
@@ -69,7 +89,7 @@ absl::StatusOr<std::unique_ptr<Executor>> MakeLocalExecutor(const DaemonOptions&
   executor_options.worker_memory_mib = options.worker_memory_mib == 0
                                            ? ShareMemoryMib(UsableMemoryMib(), share.workers)
                                            : std::max<int64_t>(0, options.worker_memory_mib);
-  executor_options.fence_fd = fence_fd;
+  executor_options.process_folder = ProcessFolderOf(options.state_folder);
   executor_options.worker_user = options.worker_user;
   executor_options.allowed_paths = options.allow_paths;
   executor_options.state_folder = options.state_folder;
@@ -92,26 +112,23 @@ SlurmOptions SlurmOptionsOf(const DaemonOptions& options) {
   return slurm;
 }
 
-absl::StatusOr<std::unique_ptr<Executor>> MakeExecutor(const DaemonOptions& options, const CoreShare& share,
-                                                       int fence_fd) {
-  if (options.slurm.folder.empty()) return MakeLocalExecutor(options, share, fence_fd);
+absl::StatusOr<std::unique_ptr<Executor>> MakeExecutor(const DaemonOptions& options, const CoreShare& share) {
+  if (options.slurm.folder.empty()) return MakeLocalExecutor(options, share);
   return SlurmExecutor::Create(SlurmOptionsOf(options));
 }
 
-// Begins with the fence and the notices.
+// Begins with the end of an earlier daemon's processes, and the notices.
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
                                                     Daemon::Parts& parts) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
   if (!catalogue.ok()) return catalogue.status();
-  absl::StatusOr<FileLock> taken = TakeFence(options.state_folder);
-  if (!taken.ok()) return taken.status();
-  parts.fence.emplace(*std::move(taken));
+  if (absl::Status ended = AwaitEarlierProcesses(options.state_folder); !ended.ok()) return ended;
   auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);
   if (!opened.ok()) return opened.status();
   parts.notices = *std::move(opened);
   for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
-  absl::StatusOr<std::unique_ptr<Executor>> executor = MakeExecutor(options, share, parts.fence->fd());
+  absl::StatusOr<std::unique_ptr<Executor>> executor = MakeExecutor(options, share);
   if (!executor.ok()) return executor.status();
   JobQueueOptions queue_options;
   queue_options.threads_per_worker =
@@ -199,7 +216,7 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     for (const char* folder : {"/takes", "/results", "/library"}) readable.push_back(state + folder);
     return readable;
   };
-  operations.fence_fd = parts.fence->fd();
+  operations.process_folder = ProcessFolderOf(options.state_folder);
   return operations;
 }
 

@@ -32,7 +32,6 @@ namespace weft {
 
 // In the order in which they depend on each other.
 struct Daemon::Parts {
-  std::optional<FileLock> fence;
   std::unique_ptr<AccessControl> access;
   std::unique_ptr<CallLimits> limits;
   std::unique_ptr<AuditLog> audit;

@@ -26,7 +26,7 @@ struct OperationQueueOptions {
   LinkRules links;  // of inputs
   // Besides its inputs, what a command reads that takes paths from files (`weft evaluate`).
   std::function<std::vector<std::string>()> readable_besides;
-  int fence_fd = -1;  // a lock that shall last until the command has ended
+  std::string process_folder;  // of records of the commands that run (process_record.h)
   // Takes in a take that an operation made, under the operation's id, and moves its folder away. Once it is
   // there, a second call changes nothing.
   std::function<absl::Status(const std::string& take_folder, const std::string& id)> adopt_take;

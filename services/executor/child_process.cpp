@@ -43,8 +43,7 @@ class SpawnSettings {
           posix_spawn_file_actions_addopen(&actions, 0, input, O_RDONLY, 0),
           posix_spawn_file_actions_adddup2(&actions, out_write, 1),
           posix_spawn_file_actions_adddup2(&actions, err_write, 2),
-          settings.kept_fd < 0 ? 0 : posix_spawn_file_actions_adddup2(&actions, settings.kept_fd, 3),
-          posix_spawn_file_actions_addclosefrom_np(&actions, settings.kept_fd < 0 ? 3 : 4)}) {
+          posix_spawn_file_actions_addclosefrom_np(&actions, 3)}) {
       if (error != 0) return error;
     }
     if (settings.folder.empty()) return 0;
@@ -123,6 +122,10 @@ absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
   child.pid_ = pid;
   child.exit_ = UniqueFd(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   if (!child.exit_.open()) return SpawnError(program, errno);
+  if (child_settings.record_folder.empty()) return child;
+  absl::StatusOr<ProcessRecord> record = ProcessRecord::Make(child_settings.record_folder, pid);
+  if (!record.ok()) return record.status();
+  child.record_ = *std::move(record);
   return child;
 }
 
@@ -130,7 +133,8 @@ ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(other.pid_),
       out_(std::move(other.out_)),
       err_(std::move(other.err_)),
-      exit_(std::move(other.exit_)) {
+      exit_(std::move(other.exit_)),
+      record_(std::move(other.record_)) {
   other.pid_ = -1;
 }
 
@@ -165,6 +169,7 @@ int ChildProcess::Reap() {
   while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
   }
   pid_ = -1;
+  record_ = {};
   return status;
 }
 

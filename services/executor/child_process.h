@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/executor/process_record.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
@@ -29,9 +30,9 @@ class LineSplitter {
 };
 
 struct ChildSettings {
-  std::string folder;  // where it starts; empty: in ours
-  std::string input;   // a file that it reads as its standard input; empty: nothing
-  int kept_fd = -1;    // becomes its descriptor 3: a lock of this description lasts until both have ended
+  std::string folder;         // where it starts; empty: in ours
+  std::string input;          // a file that it reads as its standard input; empty: nothing
+  std::string record_folder;  // its record lies there until it is reaped (process_record.h); empty: none
 };
 
 // The process runs in a process group of its own, sees no other descriptor of this one but the pipes, and
@@ -39,7 +40,7 @@ struct ChildSettings {
 class ChildProcess {
  public:
   // `arguments` after the program's path. The parent that PR_SET_PDEATHSIG watches is the calling thread.
-  // NotFound, PermissionDenied or ResourceExhausted; the message names the program.
+  // NotFound, PermissionDenied or ResourceExhausted; the message names the program. Errors of ProcessRecord.
   static absl::StatusOr<ChildProcess> Spawn(const std::string& program,
                                             const std::vector<std::string>& arguments,
                                             const ChildSettings& child_settings = {});
@@ -69,6 +70,7 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   UniqueFd out_, err_, exit_;
+  ProcessRecord record_;
 };
 
 }  // namespace weft

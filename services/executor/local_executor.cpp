@@ -170,7 +170,7 @@ void LocalExecutor::Launch(Run& run) {
                                       absl::StrCat(options_.worker_memory_mib)};
     if (!options_.worker_user.empty()) words.push_back(absl::StrCat("--user=", options_.worker_user));
     absl::StatusOr<ChildProcess> child =
-        ChildProcess::Spawn(options_.worker_program, words, {.folder = "", .kept_fd = options_.fence_fd});
+        ChildProcess::Spawn(options_.worker_program, words, {.record_folder = options_.process_folder});
     status = child.status();
     run.refused = absl::IsResourceExhausted(status);
     if (child.ok()) run.child.emplace(*std::move(child));

@@ -24,7 +24,7 @@ struct LocalExecutorOptions {
   // Of every task, see task.proto.
   std::vector<std::string> allowed_paths;
   std::string state_folder;
-  int fence_fd = -1;  // a lock that shall last until the last worker has ended
+  std::string process_folder;  // of records of the workers that run (process_record.h)
   // Between SIGTERM and SIGKILL.
   std::chrono::milliseconds stop_grace{5000};
   // A worker that reports nothing for this long hangs, and is killed.

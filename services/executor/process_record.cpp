@@ -1,0 +1,89 @@
+#include "services/executor/process_record.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "services/files/atomic_file.h"
+#include "services/files/unique_fd.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What the kernel tells in a file that has no size; empty: nothing.
+std::string ReadProcFile(const std::string& path) {
+  const UniqueFd file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  std::string text(4096, '\0');
+  const ssize_t size = file.open() ? read(file.get(), text.data(), text.size()) : -1;
+  text.resize(static_cast<size_t>(std::max<ssize_t>(0, size)));
+  return text;
+}
+
+// Boot and space of process numbers, and when the process started in it. None: it has ended.
+std::optional<std::string> NameOf(pid_t pid) {
+  const std::string stat = ReadProcFile(absl::StrCat("/proc/", pid, "/stat"));
+  if (stat.empty()) return std::nullopt;
+  // proc(5): the second field, in parentheses, may hold any character; state is the third, start the 22nd.
+  const std::vector<std::string> fields =
+      absl::StrSplit(stat.substr(stat.rfind(')') + 1), ' ', absl::SkipWhitespace());
+  constexpr size_t kState = 0, kStart = 19;
+  if (fields.size() <= kStart || fields[kState] == "Z" || fields[kState] == "X") return std::nullopt;
+  const std::string boot = ReadProcFile("/proc/sys/kernel/random/boot_id");
+  std::error_code unknown;
+  const std::string space = fs::read_symlink("/proc/self/ns/pid", unknown).string();
+  return absl::StrCat(absl::StripAsciiWhitespace(boot), " ", space, " ", fields[kStart]);
+}
+
+}  // namespace
+
+absl::StatusOr<ProcessRecord> ProcessRecord::Make(const std::string& folder, pid_t pid) {
+  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  ProcessRecord record;
+  record.path_ = absl::StrCat(folder, "/", pid);
+  // Not flushed: no process survives a power cut either.
+  const UniqueFd file(open(record.path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+  if (!file.open()) return WriteError(record.path_, errno);
+  if (const int error = WriteAll(file.get(), NameOf(pid).value_or("")))
+    return WriteError(record.path_, error);
+  return record;
+}
+
+ProcessRecord::ProcessRecord(ProcessRecord&& other) noexcept : path_(std::exchange(other.path_, "")) {}
+
+ProcessRecord& ProcessRecord::operator=(ProcessRecord&& other) noexcept {
+  std::swap(path_, other.path_);
+  return *this;
+}
+
+ProcessRecord::~ProcessRecord() {
+  if (!path_.empty()) unlink(path_.c_str());
+}
+
+std::vector<pid_t> FindRecorded(const std::string& folder) {
+  std::vector<pid_t> running;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    pid_t pid = 0;
+    const absl::StatusOr<std::string> recorded = ReadWholeFile(entry.path().string());
+    if (absl::SimpleAtoi(entry.path().filename().string(), &pid) && recorded.ok() &&
+        NameOf(pid) == *recorded) {
+      running.push_back(pid);
+    } else {
+      fs::remove(entry.path(), ignored);
+    }
+  }
+  return running;
+}
+
+}  // namespace weft
