@@ -12,7 +12,8 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "services/confinement/denied_calls.h"
+#include "services/confinement/allowed_calls.h"
+#include "services/confinement/capabilities.h"
 #include "services/confinement/landlock.h"
 
 namespace weft {
@@ -102,13 +103,23 @@ absl::Status LeaveNoCoreDump() {
 
 bool HasCallFilters() { return prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0; }
 
+// Of the calling thread.
+absl::Status Enforce(const Confinement& confinement) {
+  if (absl::Status status = LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement);
+      !status.ok())
+    return status;
+  if (!KeepFileCapabilities())
+    return absl::UnavailableError(
+        absl::StrCat("this process cannot give up its capabilities: ", std::strerror(errno)));
+  if (!HasCallFilters()) return absl::OkStatus();
+  return AllowCallsOf({.may_run_programs = confinement.may_run_programs});
+}
+
 }  // namespace
 
 absl::Status ConfineProcess(const Confinement& confinement) {
-  absl::Status status = LeaveNoCoreDump();
-  status.Update(LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement));
-  if (status.ok() && HasCallFilters()) status = DenyCalls({.may_run_programs = confinement.may_run_programs});
-  return status;
+  if (absl::Status status = LeaveNoCoreDump(); !status.ok()) return status;
+  return Enforce(confinement);
 }
 
 absl::Status ConfineWriting(const std::vector<std::string>& writable) {
@@ -119,7 +130,8 @@ absl::Status ConfineWriting(const std::vector<std::string>& writable) {
   for (const char* devices : {"/dev", "/proc/self"})
     status.Update(AllowSystemFile(devices, Access::kUseDevices, *rules));
   for (const std::string& path : writable) status.Update(AllowFile(path, Access::kReadAndWrite, *rules));
-  return status.ok() ? rules->Enforce() : status;
+  if (status.ok()) status = rules->Enforce();
+  return status.ok() && HasCallFilters() ? DenyCallsOnOthers() : status;
 }
 
 absl::Status RunConfined(const Confinement& confinement, const std::function<void()>& work) {
@@ -127,7 +139,7 @@ absl::Status RunConfined(const Confinement& confinement, const std::function<voi
   std::exception_ptr thrown;
   // A thread of its own: nobody can give up rules again.
   std::thread thread([&] {
-    status = LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement);
+    status = Enforce(confinement);
     if (!status.ok()) return;
     try {
       work();
@@ -145,9 +157,10 @@ std::string ConfinementGaps() {
   std::string gaps;
   if (version == 0) {
     gaps = "this kernel has no Landlock (5.13), so workers may use all files that their user may";
-  } else if (version < 4) {
-    gaps = absl::StrCat("this kernel has version ", version,
-                        " of Landlock, of 4 (6.7) that are wanted: TCP is denied by seccomp alone");
+  } else if (version < 6) {
+    gaps = absl::StrCat("this kernel has version ", version, " of Landlock, of 6 (6.12) that are wanted: ",
+                        version < 4 ? "TCP is denied by seccomp alone, and " : "",
+                        "operations may signal other processes of their user");
   }
   if (!HasCallFilters()) {
     absl::StrAppend(&gaps, gaps.empty() ? "" : "; ",

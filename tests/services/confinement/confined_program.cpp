@@ -42,6 +42,7 @@ void TryFiles(const std::string& folder) {
   Try("make_elsewhere", OpenFor(folder + "/elsewhere/new", O_WRONLY | O_CREAT));
   Try("remove_elsewhere", unlink((folder + "/elsewhere/file").c_str()));
   Try("make_link", symlink("/etc/passwd", (folder + "/out/link").c_str()));
+  Try("change_mode", chmod((folder + "/elsewhere/file").c_str(), 0666));
   Try("null_device", OpenFor("/dev/null", O_RDWR));
 }
 
