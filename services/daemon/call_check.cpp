@@ -21,6 +21,14 @@ absl::Status CheckSize(const CallMetadata& metadata) {
       absl::StrCat("the call's metadata has ", bytes, " bytes, at most ", kMost_bytes, " are allowed"));
 }
 
+absl::Status CheckEncoding(const CallMetadata& metadata) {
+  const std::string encoding = ValueOf(metadata, "grpc-encoding");
+  if (encoding.empty() || encoding == "identity") return absl::OkStatus();
+  return absl::UnimplementedError(absl::StrCat("this call's messages are compressed (grpc-encoding ",
+                                               encoding,
+                                               "); weftd takes identity alone; call without compression"));
+}
+
 }  // namespace
 
 std::string AccountOf(const std::string& caller, const std::string& peer) {
@@ -64,6 +72,7 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
   v1::AuditEntry entry;
   entry.set_peer(EscapedText(TakeNote(context)));
   absl::Status status = CheckSize(metadata);
+  status.Update(CheckEncoding(metadata));
   if (status.ok() && method.role != v1::ROLE_UNSPECIFIED) {
     status = CheckCertificate(*context);
     if (status.ok()) {

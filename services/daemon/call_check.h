@@ -34,9 +34,9 @@ enum class Trust {
   kConsole,  // our own, for browsers: calls name the hash of a token that was shown to the console
 };
 
-// Of the connections of one peer at a time. Unauthenticated and PermissionDenied as AccessControl says,
-// ResourceExhausted as CallLimits says; health is for everybody. Refusals are recorded. Thread safety: any
-// thread.
+// Of the connections of one peer at a time. Unimplemented: messages are compressed. Unauthenticated and
+// PermissionDenied as AccessControl says, ResourceExhausted as CallLimits says; health is for everybody.
+// Refusals are recorded. Thread safety: any thread.
 class CallCheck final : public grpc::AuthMetadataProcessor {
  public:
   CallCheck(const CallerSources& sources, Trust trust) : sources_(sources), trust_(trust) {}

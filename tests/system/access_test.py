@@ -2,13 +2,17 @@
 
 import json
 import os
+import re
 import shutil
 import stat
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
+import http2
 from studio import BIN, read, wait_for, weft, write
 
 STRANGER = "nobody"
@@ -37,11 +41,11 @@ class Access(unittest.TestCase):
         os.mkdir(self.path("state"))
         log = open(self.path("weftd.log"), "w")
         self.addCleanup(log.close)
-        daemon = subprocess.Popen([os.path.join(BIN, "weftd"), "--listen", f"unix:{self.path('state')}/weftd.sock", "--listen",
-                                   "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
-                                   "--allow-path", self.path("data"), "--workers", "1"], stdout=log, stderr=log)
-        self.addCleanup(daemon.wait)
-        self.addCleanup(daemon.kill)
+        self.daemon = subprocess.Popen([os.path.join(BIN, "weftd"), "--listen", f"unix:{self.path('state')}/weftd.sock", "--listen",
+                                        "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
+                                        "--allow-path", self.path("data"), "--workers", "1"], stdout=log, stderr=log)
+        self.addCleanup(self.daemon.wait)
+        self.addCleanup(self.daemon.kill)
         self.socket, self.address = wait_for(
             lambda: os.path.exists(self.path("address")) and read(self.path("address")).split("\n")[:2], "weftd to listen")
 
@@ -103,6 +107,50 @@ class Access(unittest.TestCase):
         self.assertRegex(self.access("log").stdout, f"user {STRANGER}.*sent more than was heard of it")
         self.assertNotEqual(self.list_jobs(self.address, self.path("token"), user=STRANGER).returncode, 0)
         self.assertEqual(self.list_jobs(self.address).returncode, 0)
+
+    def test_unpacks_no_message(self):
+        """Each of these is 58 kB on the wire, and 60 MB where it is unpacked before its size is looked at."""
+        write(self.path("token"), self.access("token", "anna", "--role", "viewer").stdout)
+        token = read(self.path("token")).strip()
+        wait_for(lambda: self.list_jobs(self.address, self.path("token")).returncode == 0, "the daemon to know the token")
+        before = self.peak_mib()
+        for encoding, window in (("gzip", 31), ("deflate", 15)):
+            packer = zlib.compressobj(9, zlib.DEFLATED, window)
+            data = packer.compress(bytes(60 << 20)) + packer.flush()
+            self.assertLess(len(data), 65000)  # what a client may send before it is answered
+            for credentials in (None, "weft_" + "0" * 64, token):
+                for method in ("/weft.v1.Jobs/GetJob", "/grpc.health.v1.Health/Check"):
+                    said = self.send_packed(method, credentials, encoding, data)
+                    self.assertIn(b"identity", said)
+        self.assertLess(self.peak_mib() - before, 30)
+        self.assertEqual(self.list_jobs(self.address, self.path("token")).returncode, 0)
+        # A message that does not say how it is packed is no request.
+        self.send_packed("/weft.v1.Jobs/GetJob", token, "identity", data)
+        self.assertLess(self.peak_mib() - before, 30)
+
+    def peak_mib(self):
+        return int(re.search(r"VmHWM:\s+(\d+)", read(f"/proc/{self.daemon.pid}/status")).group(1)) >> 10
+
+    def send_packed(self, method, token, encoding, data):
+        """What the daemon answers until it is silent."""
+        with http2.connect(self.address) as connection:
+            connection.sendall(http2.frame(http2.HEADERS, http2.END_HEADERS, 1,
+                                           http2.header_block(method, token, [("grpc-encoding", encoding)])))
+            message = struct.pack(">BI", 1, len(data)) + data
+            pieces = [message[at:at + 16000] for at in range(0, len(message), 16000)]
+            said = b""
+            connection.settimeout(2)
+            try:
+                for piece in pieces:
+                    connection.sendall(http2.frame(http2.DATA, http2.END_STREAM if piece is pieces[-1] else 0, 1, piece))
+                while True:
+                    part = connection.recv(65536)
+                    said += part
+                    if not part:
+                        break
+            except OSError:
+                pass
+        return said
 
     def test_shows_tokens_once(self):
         text = self.access("token", "anna", "--role", "operator", "--days", "90").stdout.strip()

@@ -68,6 +68,23 @@ class DaemonLimitsTest : public DaemonTest {
   }
 };
 
+TEST_F(DaemonLimitsTest, MessagesAreTakenUncompressedAlone) {
+  StartDaemon();
+  for (const char* name : {"modest", "greedy"}) {
+    for (const auto algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
+      grpc::ClientContext context;
+      context.set_compression_algorithm(algorithm);
+      v1::GetJobRequest request;
+      request.set_job_id(std::string(2000, 'x'));
+      v1::Job job;
+      const grpc::Status status = v1::Jobs::NewStub(ClientNamed(name))->GetJob(&context, request, &job);
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED) << status.error_message();
+      EXPECT_THAT(status.error_message(), HasSubstr("weftd takes identity alone"));
+    }
+    EXPECT_TRUE(Ask(ClientNamed(name)).ok());
+  }
+}
+
 TEST_F(DaemonLimitsTest, IdleWatchersOfOneCallerLeaveRoomForOthers) {
   options_.caller_limits.streams = 5;
   StartDaemon();
