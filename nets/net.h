@@ -20,7 +20,8 @@ struct Tensor {
 // of processor may give other last bits.
 class Net {
  public:
-  // InvalidArgument names source_name for what the library does not read as a net.
+  // Checked by net_model.h first: the library's reader was not made for files of strangers. InvalidArgument
+  // names source_name for what is refused there, or by the library.
   static absl::StatusOr<Net> FromOnnx(std::string_view bytes, const std::string& source_name);
   Net(Net&&) noexcept;
   Net& operator=(Net&&) noexcept;

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/file/checksum.h"
+#include "nets/net_model.h"
 #include "services/animation/net_sample.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
@@ -134,6 +135,10 @@ absl::StatusOr<AvatarNet> NetOfBytes(const v1::AvatarNet& about, AvatarBytes byt
   if (absl::Status status = DecodeNetSample(bytes.sample, PathInAvatar(folder, kAvatarSampleFile), &out);
       !status.ok())
     return status;
+  // Also where nobody runs it, as of uploads.
+  if (absl::Status status = ReadNetModel(bytes.net).status(); !status.ok())
+    return absl::InvalidArgumentError(absl::StrCat(PathInAvatar(folder, kAvatarNetFile),
+                                                   ": is no net that can be read: ", status.message()));
   out.onnx = std::move(bytes.net);
   return out;
 }

@@ -141,6 +141,16 @@ TEST_F(ItemContent, OfANetAreBothFilesOrNone) {
   EXPECT_THAT(Refusal(v1::ITEM_KIND_AVATAR, "shirt.avatar"), HasSubstr("other files are given"));
 }
 
+TEST_F(ItemContent, OfANetIsCheckedThoughNobodyRunsIt) {
+  SparseViewAvatar avatar = SmallAvatar();
+  avatar.net = ShiftNet();
+  avatar.net.onnx += "r\x01x";  // metadata_props, which our nets do not have
+  ASSERT_TRUE(WriteAvatar(folder_ / "shirt.avatar", {}, avatar).ok());
+  const absl::Status status = Check(v1::ITEM_KIND_AVATAR, "shirt.avatar");
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("net.onnx"), HasSubstr("has field 14")));
+}
+
 TEST_F(ItemContent, IsListedWithoutLinks) {
   const auto dump = ListLocalItem(v1::ITEM_KIND_DUMP, folder_ / "dump");
   ASSERT_TRUE(dump.ok()) << dump.status();
