@@ -25,6 +25,7 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
   command->add_option("avatar", options->path, "The avatar's folder")->required()->type_name("DIR");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
   command->callback([options, &line] {
+    line.confined = {.readable = {options->path}};
     line.run = [options]() -> absl::Status {
       const absl::StatusOr<v1::Avatar> about = ReadAnyAvatar(options->path);
       if (!about.ok()) return about.status();

@@ -71,6 +71,11 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   return WithAbsolutePaths(std::move(spec));
 }
 
+ConfinedFiles DriveFilesOf(const DriveOptions& options) {
+  return {.readable = {options.dump, options.rig, options.board, options.garment, options.avatar},
+          .writable = {options.out}};
+}
+
 // What a live run tells while it goes: a line on a terminal, and one for each frame that failed.
 class LiveView {
  public:
@@ -272,6 +277,8 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback([options, &line] {
     line.writes_remotely = !options->server.empty();
+    // Cameras need devices and the network, and a daemon confines its own workers.
+    if (options->server.empty() && options->session.empty()) line.confined = DriveFilesOf(*options);
     line.run = [options, &line] { return Drive(*options, line.quiet); };
   });
 }

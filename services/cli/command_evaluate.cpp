@@ -81,6 +81,15 @@ absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
   return absl::OkStatus();
 }
 
+// Avatars come from others.
+std::optional<ConfinedFiles> EvaluatedFilesOf(const EvaluateOptions& options) {
+  const AvatarScoring& scoring = options.avatar.scoring;
+  if (scoring.avatar.empty()) return std::nullopt;
+  return ConfinedFiles{
+      .readable = {scoring.avatar, scoring.baseline, options.request.result, options.request.garment},
+      .writable = {options.out, scoring.meshes}};
+}
+
 absl::Status EvaluateAvatarCommand(const EvaluateOptions& options, bool quiet) {
   EvaluateAvatarOptions avatar = options.avatar;
   avatar.scoring.sources = {options.request.result};
@@ -203,12 +212,13 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json,
                     "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
-  RunHereOrAtDaemon(*command, line, [options, &line] {
+  const auto here = [options, &line] {
     if (absl::Status status = CheckOutIsNoResult(*options); !status.ok()) return status;
     if (!options->avatar.scoring.avatar.empty()) return EvaluateAvatarCommand(*options, line.quiet);
     return options->against.empty() ? EvaluateCommand(*options, line.quiet)
                                     : CompareCommand(*options, line.quiet);
-  });
+  };
+  RunHereOrAtDaemon(*command, line, here, [options] { return EvaluatedFilesOf(*options); });
 }
 
 }  // namespace weft

@@ -4,10 +4,12 @@
 #include <CLI/CLI.hpp>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "services/cli/confined_run.h"
 
 namespace weft {
 
@@ -17,6 +19,7 @@ struct CommandLine {
   bool quiet = false;            // no progress, no notes
   bool writes_remotely = false;  // --out is a path of the daemon's machine
   std::function<absl::Status()> run;
+  std::optional<ConfinedFiles> confined;  // `run` is confined to these; none: it is not
 };
 
 // "Value -2 not in range 0 - 1797...": the bound of 309 digits means that there is none.

@@ -84,6 +84,21 @@ bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
   return confined.ok();
 }
 
+// The command's exit status.
+int RunToStatus(const weft::CommandLine& line) {
+  try {
+    const absl::Status status = line.run();
+    if (!status.ok() && !weft::IsVerdict(status))
+      weft::PrintError(status);  // a verdict stands printed already
+    return weft::ExitStatusOf(status);
+  } catch (const std::bad_alloc&) {
+    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
+  } catch (const std::exception& error) {
+    weft::PrintError(absl::InternalError(error.what()));
+  }
+  return weft::kExitFailed;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -149,15 +164,6 @@ int main(int argc, char** argv) {
     return weft::ExitStatusOf(status);
   }
   if (watched_by != 0 && !BeWatchedBy(watched_by, readable)) return weft::kExitFailed;
-  try {
-    status = line.run();
-    if (!status.ok() && !weft::IsVerdict(status))
-      weft::PrintError(status);  // a verdict stands printed already
-    return weft::ExitStatusOf(status);
-  } catch (const std::bad_alloc&) {
-    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
-  } catch (const std::exception& error) {
-    weft::PrintError(absl::InternalError(error.what()));
-  }
-  return weft::kExitFailed;
+  const auto run = [&line] { return RunToStatus(line); };
+  return line.confined && watched_by == 0 ? weft::RunConfinedProcess(*line.confined, run) : run();
 }

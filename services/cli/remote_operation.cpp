@@ -162,14 +162,16 @@ absl::Status RunAtDaemon(const RemoteRun& run) {
 
 }  // namespace
 
-void RunHereOrAtDaemon(CLI::App& command, CommandLine& line, std::function<absl::Status()> here) {
+void RunHereOrAtDaemon(CLI::App& command, CommandLine& line, std::function<absl::Status()> here,
+                       std::function<std::optional<ConfinedFiles>()> confined) {
   const auto server = std::make_shared<std::string>();
   AddServerOption(
       command, *server,
       "Have the daemon at HOST:PORT do it, with files of its machine, take:ID and job:ID; --out is here. "
       "--server '' does it here where WEFT_SERVER is set");
-  command.callback([&command, &line, server, here = std::move(here)] {
+  command.callback([&command, &line, server, here = std::move(here), confined = std::move(confined)] {
     if (server->empty()) {
+      if (confined) line.confined = confined();
       line.run = here;
       return;
     }
