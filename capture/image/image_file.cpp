@@ -1,14 +1,14 @@
 #include "capture/image/image_file.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/whole_file.h"
 #include "capture/file/posix_file.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/image_encoders.h"
@@ -98,19 +98,9 @@ absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const Image
 absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, int jpeg_quality) {
   const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
   if (!encoded.ok()) return StatusAt(path, encoded.status());
-  const std::vector<uint8_t>& bytes = *encoded;
-  const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
-  errno = 0;  // streams leave what the system says
-  std::ofstream out(temporary, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  const int why = errno;
-  std::error_code error;
-  if (out) fs::rename(temporary, path, error);
-  if (out && !error) return absl::OkStatus();
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  return FileError(path, "cannot be written", out ? error.value() : why);
+  const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+  const int error = ReplaceWholeFile(path, bytes, 0666, Flush::kLater);
+  return error == 0 ? absl::OkStatus() : FileError(path, "cannot be written", error);
 }
 
 }  // namespace

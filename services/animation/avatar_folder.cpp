@@ -16,6 +16,7 @@
 #include "services/animation/net_sample.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/files/unfinished_folder.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
@@ -184,18 +185,18 @@ absl::Status WriteAvatarFolder(const std::string& folder, const v1::Avatar& abou
   if (!place.has_filename()) place = place.parent_path();
   if (absl::Status status = CheckAvatarPlace(place.string()); !status.ok()) return status;
   const fs::path parent = place.has_parent_path() ? place.parent_path() : fs::path(".");
-  const fs::path draft = absl::StrCat(place.string(), ".tmp.", getpid());
-  const std::string in_draft = draft.string();
-  absl::Status status = CreateFolders(in_draft);
-  if (status.ok()) status = WriteFileAtomically(PathInAvatar(in_draft, kAvatarSpaceFile), bytes.space);
+  const absl::StatusOr<UnfinishedFolder> draft = UnfinishedFolder::BeginBeside(place.string());
+  if (!draft.ok()) return draft.status();
+  const std::string& in_draft = draft->path();
+  absl::Status status = WriteFileAtomically(PathInAvatar(in_draft, kAvatarSpaceFile), bytes.space);
   if (status.ok() && about.has_net()) {
     status = WriteFileAtomically(PathInAvatar(in_draft, kAvatarNetFile), bytes.net);
     status.Update(WriteFileAtomically(PathInAvatar(in_draft, kAvatarSampleFile), bytes.sample));
   }
   if (status.ok()) status = WriteJsonFile(PathInAvatar(in_draft, kAvatarFile), about);
-  if (status.ok()) status = PutInPlace(draft, place);
+  if (status.ok()) status = PutInPlace(in_draft, place);
   if (status.ok()) status = FlushFolder(parent);
-  status.Update(RemoveFolder(draft));
+  status.Update(RemoveFolder(in_draft));  // by now what stood there before
   return status;
 }
 

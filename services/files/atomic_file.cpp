@@ -4,26 +4,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/whole_file.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
 namespace {
-
-int WriteAndFlush(const std::string& path, std::string_view bytes, mode_t mode) {
-  UniqueFd file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (!file.open()) return errno;
-  if (const int error = WriteAll(file.get(), bytes)) return error;
-  if (fsync(file.get()) != 0) return errno;
-  return file.Close() == 0 ? 0 : errno;
-}
 
 // 0, or errno.
 int SyncFolderFd(int fd) {
@@ -37,18 +28,6 @@ int SyncFolderAt(const std::string& path) {
   // A folder that one may write to and not read cannot be opened; what it holds is flushed by the system.
   if (!folder.open()) return errno == EACCES ? 0 : errno;
   return SyncFolderFd(folder.get());
-}
-
-bool TakeDigits(std::string_view& text) {
-  const size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
-  text.remove_prefix(digits);
-  return digits > 0;
-}
-
-bool TakeWord(std::string_view& text, std::string_view word) {
-  if (text.substr(0, word.size()) != word) return false;
-  text.remove_prefix(word.size());
-  return true;
 }
 
 }  // namespace
@@ -93,8 +72,12 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_
     if (errno == ENOENT || errno == ENOTDIR) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
     return absl::PermissionDeniedError(absl::StrCat(path, ": cannot be opened (", strerror(errno), ")"));
   }
+  return ReadOpenFile(file.get(), path, max_bytes);
+}
+
+absl::StatusOr<std::string> ReadOpenFile(int fd, const std::string& path, uint64_t max_bytes) {
   struct stat info;
-  if (fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode)) {
+  if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
   }
   const auto size = static_cast<uint64_t>(info.st_size);
@@ -105,7 +88,7 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_
   std::string bytes(size, '\0');
   size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n = read(file.get(), bytes.data() + done, bytes.size() - done);
+    const ssize_t n = read(fd, bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return absl::UnavailableError(absl::StrCat(path, ": cannot be read (", strerror(errno), ")"));
     if (n == 0) break;  // became shorter meanwhile
@@ -116,14 +99,8 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_
 }
 
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes, mode_t mode) {
-  static std::atomic<uint64_t> counter{0};
-  const std::string temporary = absl::StrCat(path, ".tmp.", getpid(), ".", counter++);
-  int error = WriteAndFlush(temporary, bytes, mode);
-  if (error == 0 && rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error != 0) {
-    unlink(temporary.c_str());
-    return WriteError(path, error);
-  }
+  int error = ReplaceWholeFile(path, bytes, mode);
+  if (error != 0) return WriteError(path, error);
   const size_t slash = path.rfind('/');
   error = SyncFolderAt(slash == std::string::npos ? "." : path.substr(0, slash));
   return error == 0 ? absl::OkStatus() : WriteError(path, error);
@@ -135,8 +112,7 @@ absl::Status CopyWholeFile(const std::string& from, const std::string& to) {
 }
 
 bool IsTemporaryNameOf(std::string_view name, std::string_view file) {
-  return TakeWord(name, file) && TakeWord(name, ".tmp.") && TakeDigits(name) && TakeWord(name, ".") &&
-         TakeDigits(name) && name.empty();
+  return IsTemporaryName(name) && name.rfind(".tmp.") == file.size() && name.substr(0, file.size()) == file;
 }
 
 absl::Status CreateFolders(const std::string& path) {

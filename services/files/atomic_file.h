@@ -16,14 +16,19 @@ namespace weft {
 // `max_bytes`. The message names the file.
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
 
+// The same of a file that is open at its beginning; `path` is for messages.
+absl::StatusOr<std::string> ReadOpenFile(int fd, const std::string& path,
+                                         uint64_t max_bytes = uint64_t{4} << 30);
+
 // Writes all of `bytes` to an open descriptor. 0, or errno.
 int WriteAll(int fd, std::string_view bytes);
 
 // Writes to a temporary name in the same folder, flushes it to the disk, renames it and flushes the folder,
 // so that the file survives a power failure. The folder must exist. NotFound, PermissionDenied,
 // ResourceExhausted (disk full) or Unavailable; the message names file and remedy, and the temporary file is
-// not left behind. After an error of the last flush the new file stands, and may be lost in a power failure.
-// `mode` is the file's, less the process's umask.
+// not left behind. A killed process leaves it, and the next that writes to the folder removes it. After an
+// error of the last flush the new file stands, and may be lost in a power failure. `mode` is the file's, less
+// the process's umask.
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes, mode_t mode = 0666);
 
 // The bytes of one file under another name, which is written as above; it gets the mode of a new file. Errors

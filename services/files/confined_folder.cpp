@@ -19,6 +19,7 @@ namespace weft {
 namespace {
 
 constexpr int kFolder = O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
+constexpr int kFile = O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK;
 
 // Why `name` below the folder `parent` could not be opened as a folder.
 absl::Status OpenError(int parent, const std::string& name, const std::string& path, int error) {
@@ -36,6 +37,28 @@ absl::Status OpenError(int parent, const std::string& name, const std::string& p
     return absl::ResourceExhaustedError(absl::StrCat(path, ": cannot be opened (", strerror(error), ")"));
   }
   return absl::PermissionDeniedError(absl::StrCat(path, ": cannot be opened (", strerror(error), ")"));
+}
+
+absl::Status NoFile(const std::string& path) {
+  return absl::FailedPreconditionError(absl::StrCat(path, ": is no plain file"));
+}
+
+// Why the file `name` in the folder `parent`, or a folder on the way to one, could not be opened.
+absl::Status OpenFileError(int parent, const std::string& name, const std::string& path, int error) {
+  struct stat info;
+  if (fstatat(parent, name.c_str(), &info, AT_SYMLINK_NOFOLLOW) == 0) {
+    if (S_ISLNK(info.st_mode)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          path, ": is a symbolic link, which is not followed; put what it leads to in its place"));
+    }
+    if (!S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) return NoFile(path);
+  }
+  if (error == ENOENT || error == ENOTDIR) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  const std::string message = absl::StrCat(path, ": cannot be opened (", strerror(error), ")");
+  // What was exchanged a moment ago, and is something else by now.
+  if (error == ELOOP) return absl::FailedPreconditionError(message);
+  if (error == EMFILE || error == ENFILE) return absl::ResourceExhaustedError(message);
+  return absl::PermissionDeniedError(message);
 }
 
 }  // namespace
@@ -71,6 +94,12 @@ absl::StatusOr<ConfinedFolder> ConfinedFolder::Child(const std::string& name, If
   return ConfinedFolder(std::move(child), Named(name));
 }
 
+absl::StatusOr<ConfinedFolder> ConfinedFolder::Again() const {
+  UniqueFd copy(fcntl(fd_.get(), F_DUPFD_CLOEXEC, 0));
+  if (!copy.open()) return absl::ResourceExhaustedError(absl::StrCat(path_, ": ", strerror(errno)));
+  return ConfinedFolder(std::move(copy), path_);
+}
+
 std::string ConfinedFolder::At(const std::string& name) const {
   return absl::StrCat("/proc/self/fd/", fd_.get(), "/", name);
 }
@@ -80,14 +109,31 @@ absl::Status ConfinedFolder::InWords(const absl::Status& status) const {
   return absl::Status(status.code(), absl::StrReplaceAll(status.message(), {{At(""), path_ + "/"}}));
 }
 
-absl::StatusOr<std::string> ConfinedFolder::Read(const std::string& name) const {
-  struct stat info;
-  if (fstatat(fd_.get(), name.c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(info.st_mode)) {
-    return absl::NotFoundError(absl::StrCat(Named(name), ": no such file"));
+absl::StatusOr<UniqueFd> ConfinedFolder::OpenFile(const std::string& path) const {
+  const std::vector<std::string> parts = absl::StrSplit(path, '/');
+  UniqueFd at;
+  std::string walked = path_;
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].empty() || parts[i] == "." || parts[i] == "..")
+      return absl::InvalidArgumentError(absl::StrCat("\"", path, "\": is no file below ", path_));
+    absl::StrAppend(&walked, "/", parts[i]);
+    const int parent = i == 0 ? fd_.get() : at.get();
+    const int kind = i + 1 < parts.size() ? kFolder | O_PATH : kFile;
+    UniqueFd next(openat(parent, parts[i].c_str(), kind));
+    if (!next.open()) return OpenFileError(parent, parts[i], walked, errno);
+    at = std::move(next);
   }
-  absl::StatusOr<std::string> bytes = ReadWholeFile(At(name));
-  if (!bytes.ok()) return InWords(bytes.status());
-  return bytes;
+  struct stat info;
+  if (fstat(at.get(), &info) != 0 || !S_ISREG(info.st_mode)) return NoFile(walked);
+  return at;
+}
+
+absl::StatusOr<std::string> ConfinedFolder::Read(const std::string& name) const {
+  const absl::StatusOr<UniqueFd> file = OpenFile(name);
+  if (absl::IsFailedPrecondition(file.status()))
+    return absl::NotFoundError(absl::StrCat(Named(name), ": no such file"));
+  if (!file.ok()) return file.status();
+  return ReadOpenFile(file->get(), Named(name));
 }
 
 absl::Status ConfinedFolder::Remove(const std::string& name) const {

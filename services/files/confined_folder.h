@@ -22,6 +22,9 @@ class ConfinedFolder {
   // A folder directly in this one. Errors as Open, and those of WriteFileAtomically where it is to be made.
   absl::StatusOr<ConfinedFolder> Child(const std::string& name, IfMissing missing) const;
 
+  // The same open folder, which lives as long as the copy. ResourceExhausted.
+  absl::StatusOr<ConfinedFolder> Again() const;
+
   // What people call the folder, and a file in it.
   const std::string& path() const { return path_; }
   std::string Named(const std::string& name) const { return path_ + "/" + name; }
@@ -31,6 +34,10 @@ class ConfinedFolder {
   // A message about At(...) as one about Named(...).
   absl::Status InWords(const absl::Status& status) const;
 
+  // Opens a plain file below the folder for reading; `path` may have several parts. No link is followed at
+  // any of them, whatever is exchanged meanwhile. NotFound. FailedPrecondition: a link, or something else
+  // than a file; it is named. InvalidArgument: "..", or no name. PermissionDenied. ResourceExhausted.
+  absl::StatusOr<UniqueFd> OpenFile(const std::string& path) const;
   // The whole file. NotFound where there is none, or no plain file: links are not followed.
   absl::StatusOr<std::string> Read(const std::string& name) const;
   // Removes a file, or a link and not what it leads to. Not there: no error.

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <cstdio>
 #include <filesystem>
+#include <thread>
 
 #include "services/files/atomic_file.h"
 #include "tests/capture/temp_folder.h"
@@ -70,6 +75,60 @@ TEST_F(ConfinedFolderTest, ReplacesAndRemovesLinksAndNotWhatTheyLeadTo) {
     EXPECT_EQ(Elsewhere(), "kept");
   }
   EXPECT_EQ(*out.Read("mesh.ply"), "new");
+}
+
+TEST_F(ConfinedFolderTest, OpensFilesBelowItAndNothingElse) {
+  const ConfinedFolder out = Out();
+  WriteBytes(folder_ / "out/0001/mesh.ply", "mesh");
+  const absl::StatusOr<UniqueFd> file = out.OpenFile("0001/mesh.ply");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(*ReadOpenFile(file->get(), "mesh.ply"), "mesh");
+  fs::create_symlink(folder_ / "elsewhere/mesh.ply", folder_ / "out/0001/link.ply");
+  fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "out/link");
+  fs::create_directory_symlink("0001", folder_ / "out/inside");
+  for (const char* link : {"0001/link.ply", "link/mesh.ply", "inside/mesh.ply"}) {
+    const absl::Status status = out.OpenFile(link).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
+    EXPECT_THAT(status.message(), HasSubstr("is a symbolic link"));
+  }
+  ASSERT_EQ(mkfifo((folder_ / "out/fifo").c_str(), 0600), 0);
+  for (const char* other : {"0001", "fifo"})
+    EXPECT_EQ(out.OpenFile(other).status().code(), absl::StatusCode::kFailedPrecondition) << other;
+  for (const char* none : {"mesh.ply", "0002/mesh.ply", "0001/mesh.ply/x"})
+    EXPECT_EQ(out.OpenFile(none).status().code(), absl::StatusCode::kNotFound) << none;
+  const std::string absolute = folder_ / "elsewhere/mesh.ply";
+  for (const std::string& way_out :
+       {std::string("../elsewhere/mesh.ply"), std::string("0001/../../elsewhere/mesh.ply"), absolute,
+        std::string(""), std::string("./0001/mesh.ply"), std::string("0001/")})
+    EXPECT_EQ(out.OpenFile(way_out).status().code(), absl::StatusCode::kInvalidArgument) << way_out;
+}
+
+// Another process has the folder and a link to elsewhere change places all the time.
+TEST_F(ConfinedFolderTest, ReadsNothingElsewhereWhileALinkAndAFolderChangePlaces) {
+  WriteBytes(folder_ / "out/0001/mesh.ply", "mesh");
+  fs::create_directory_symlink(folder_ / "elsewhere", folder_ / "out/link");
+  WriteBytes(folder_ / "out/mesh.ply", "mesh");
+  fs::create_symlink(folder_ / "elsewhere/mesh.ply", folder_ / "out/link.ply");
+  std::jthread exchanges([this](const std::stop_token& stop) {
+    const auto exchange = [this](const char* a, const char* b) {
+      renameat2(AT_FDCWD, (folder_ / a).c_str(), AT_FDCWD, (folder_ / b).c_str(), RENAME_EXCHANGE);
+    };
+    while (!stop.stop_requested()) {
+      exchange("out/0001", "out/link");
+      exchange("out/mesh.ply", "out/link.ply");
+    }
+  });
+  const ConfinedFolder out = Out();
+  int read = 0, refused = 0;
+  for (int i = 0; i < 20000; ++i) {
+    for (const char* path : {"0001/mesh.ply", "mesh.ply"}) {
+      const absl::StatusOr<std::string> bytes = out.Read(path);
+      ASSERT_TRUE(!bytes.ok() || *bytes == "mesh") << path;
+      ++(bytes.ok() ? read : refused);
+    }
+  }
+  EXPECT_GT(read, 0);
+  EXPECT_GT(refused, 0);
 }
 
 TEST_F(ConfinedFolderTest, StaysWhatItWasWhenALinkTakesItsPlace) {
