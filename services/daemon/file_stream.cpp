@@ -1,6 +1,5 @@
 #include "services/daemon/file_stream.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -66,18 +65,19 @@ class FileReactor final : public grpc::ServerWriteReactor<v1::FileChunk> {
 
 }  // namespace
 
-absl::StatusOr<FilePieces> FilePieces::Open(const std::string& path, const StreamStart& start) {
-  FilePieces pieces(path, UniqueFd(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)));
+absl::StatusOr<FilePieces> FilePieces::Open(const ConfinedFolder& folder, const std::string& path,
+                                            const StreamStart& start) {
+  absl::StatusOr<UniqueFd> file = folder.OpenFile(path);
+  if (!file.ok()) return file.status();
+  FilePieces pieces(folder.Named(path), *std::move(file));
   struct stat info;
-  if (!pieces.file_.open() || fstat(pieces.file_.get(), &info) != 0) {
-    return absl::PermissionDeniedError(absl::StrCat(path, ": cannot be opened (", strerror(errno), ")"));
-  }
-  if (!S_ISREG(info.st_mode)) return absl::PermissionDeniedError(absl::StrCat(path, ": not a file"));
+  if (fstat(pieces.file_.get(), &info) != 0)
+    return absl::UnavailableError(absl::StrCat(pieces.path_, ": cannot be read (", strerror(errno), ")"));
   pieces.version_ = VersionOf(info);
   pieces.bytes_ = info.st_size;
   pieces.sent_ = start.offset;
   if (start.offset > 0 && start.version != pieces.version_) {
-    return absl::AbortedError(absl::StrCat(path, ": was written anew; fetch it from its beginning"));
+    return absl::AbortedError(absl::StrCat(pieces.path_, ": was written anew; fetch it from its beginning"));
   }
   if (start.offset > info.st_size || lseek(pieces.file_.get(), start.offset, SEEK_SET) < 0) {
     return absl::OutOfRangeError(

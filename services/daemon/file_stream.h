@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/daemon/stall_watch.h"
+#include "services/files/confined_folder.h"
 #include "services/files/unique_fd.h"
 #include "weft/v1/transfer.pb.h"
 
@@ -24,9 +25,10 @@ struct StreamStart {
 // A file in pieces, all of the same version of it. Thread safety: none.
 class FilePieces {
  public:
-  // PermissionDenied: no file, or none that can be opened. Aborted: another version stands there now.
-  // OutOfRange: it ends before the offset.
-  static absl::StatusOr<FilePieces> Open(const std::string& path, const StreamStart& start);
+  // `path` is below the folder. Errors of ConfinedFolder::OpenFile. Aborted: another version stands there
+  // now. OutOfRange: it ends before the offset.
+  static absl::StatusOr<FilePieces> Open(const ConfinedFolder& folder, const std::string& path,
+                                         const StreamStart& start);
 
   // Fills in the next piece; false after the last one. A file without bytes is one empty piece. DataLoss: the
   // file was cut short. Unavailable: it cannot be read.

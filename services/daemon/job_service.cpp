@@ -119,9 +119,7 @@ absl::StatusOr<FilePieces> JobService::OpenResult(const v1::FetchResultRequest& 
           absl::StrCat("job ", request.job_id(), " has no frame \"", request.frame(), "\""));
     }
   }
-  const absl::StatusOr<std::string> path = FindResult(*job, request.frame(), request.kind());
-  if (!path.ok()) return path.status();
-  return FilePieces::Open(*path, {request.offset(), request.version()});
+  return weft::OpenResult(*job, request.frame(), request.kind(), {request.offset(), request.version()});
 }
 
 grpc::ServerWriteReactor<v1::FileChunk>* JobService::FetchResult(grpc::CallbackServerContext* context,

@@ -102,10 +102,7 @@ absl::StatusOr<FilePieces> LibraryService::OpenFile(const v1::FetchFileRequest& 
   const auto place = FindPlace(library_.ContentFolder(request.kind(), held->item.id()), request.path(),
                                ConfinedFolder::IfMissing::kFail);
   if (!place.ok()) return place.status();
-  absl::StatusOr<FilePieces> pieces =
-      FilePieces::Open(place->folder.At(place->name), {request.offset(), request.version()});
-  if (!pieces.ok()) return place->folder.InWords(pieces.status());
-  return pieces;
+  return FilePieces::Open(place->folder, place->name, {request.offset(), request.version()});
 }
 
 grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::CallbackServerContext* context,

@@ -8,6 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "base/natural_order.h"
 #include "capture/file/plain_text.h"
+#include "services/files/confined_folder.h"
 #include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/register_frame.h"
@@ -29,16 +30,20 @@ std::vector<std::string> FoldersIn(const std::string& folder) {
   return names;
 }
 
+// Workers wrote it, so no link in it is followed.
 bool TakeUp(const std::string& folder, const std::string& id, Catalogue& catalogue) {
+  const absl::StatusOr<ConfinedFolder> out = ConfinedFolder::Open(folder);
+  const absl::StatusOr<std::string> text = out.ok() ? out->Read(kJobFile) : out.status();
   v1::Job job;
-  if (!ReadJsonFile(absl::StrCat(folder, "/", kJobFile), job).ok() || job.id() != id) return false;
+  if (!text.ok() || !ParseJson(*text, out->Named(kJobFile), job).ok() || job.id() != id) return false;
   std::vector<v1::FrameInfo> frames;
-  for (const std::string& frame : FoldersIn(folder)) {
+  for (const std::string& name : FoldersIn(folder)) {
+    const absl::StatusOr<ConfinedFolder> frame = out->Child(name, ConfinedFolder::IfMissing::kFail);
+    const absl::StatusOr<std::string> json =
+        frame.ok() ? frame->Read(FileName(FrameFile::kReport)) : frame.status();
     v1::FrameReport report;
-    if (ReadJsonFile(FramePaths(folder, frame).Of(FrameFile::kReport), report).ok() &&
-        report.frame() == frame) {
+    if (json.ok() && ParseJson(*json, name, report).ok() && report.frame() == name)
       frames.push_back(SummaryOf(report, /*reused=*/false));
-    }
   }
   return catalogue.AddJob(job, frames).ok();
 }

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/confinement/input_links.h"
+#include "services/daemon/file_stream.h"
 #include "services/daemon/operation_command.h"
 #include "services/retention/retention_plan.h"
 #include "weft/v1/operations.pb.h"
@@ -56,8 +57,9 @@ class OperationQueue {
   absl::StatusOr<v1::Operation> Cancel(const std::string& id);
   // What it wrote, by path. FailedPrecondition: it is not done.
   absl::StatusOr<v1::ListOperationFilesResponse> Files(const std::string& id);
-  // Where one of them lies. NotFound.
-  absl::StatusOr<std::string> FindFile(const std::string& id, const std::string& path);
+  // Opens one of them. NotFound. FailedPrecondition: it is not done. Otherwise errors of FilePieces::Open.
+  absl::StatusOr<FilePieces> OpenFile(const std::string& id, const std::string& path,
+                                      const StreamStart& start);
   // Whether an unfinished one has this input, or one below it.
   bool Reads(const std::string& path);
 
@@ -76,6 +78,7 @@ class OperationQueue {
     bool cancelled = false;
   };
   struct Outcome;
+  absl::StatusOr<v1::Operation> GetDone(const std::string& id);
   using Lock = std::unique_lock<std::mutex>;
 
   explicit OperationQueue(OperationQueueOptions options) : options_(std::move(options)) {}

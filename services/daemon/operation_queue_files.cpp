@@ -16,13 +16,15 @@ namespace weft {
 
 namespace fs = std::filesystem;
 
+absl::StatusOr<v1::Operation> OperationQueue::GetDone(const std::string& id) {
+  absl::StatusOr<v1::Operation> operation = Get(id);
+  if (!operation.ok() || operation->state() == v1::JOB_STATE_DONE) return operation;
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"operation_id", absl::StrCat("operation ", id, " is not done"), "wait for it"});
+}
+
 absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(const std::string& id) {
-  const absl::StatusOr<v1::Operation> operation = Get(id);
-  if (!operation.ok()) return operation.status();
-  if (operation->state() != v1::JOB_STATE_DONE) {
-    return FieldError(absl::StatusCode::kFailedPrecondition,
-                      {"operation_id", absl::StrCat("operation ", id, " is not done"), "wait for it"});
-  }
+  if (absl::Status status = GetDone(id).status(); !status.ok()) return status;
   v1::ListOperationFilesResponse response;
   std::error_code error;
   const fs::path out = OutOf(id);
@@ -37,12 +39,14 @@ absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(const std::
   return response;
 }
 
-absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, const std::string& path) {
-  const absl::StatusOr<v1::ListOperationFilesResponse> files = Files(id);
-  if (!files.ok()) return files.status();
-  for (const v1::OperationFile& file : files->files()) {
-    if (file.path() == path) return absl::StrCat(OutOf(id), "/", path);
-  }
+absl::StatusOr<FilePieces> OperationQueue::OpenFile(const std::string& id, const std::string& path,
+                                                    const StreamStart& start) {
+  if (absl::Status status = GetDone(id).status(); !status.ok()) return status;
+  const absl::StatusOr<ConfinedFolder> out = ConfinedFolder::Open(OutOf(id));
+  absl::StatusOr<FilePieces> pieces = out.ok() ? FilePieces::Open(*out, path, start) : out.status();
+  const bool is_none = absl::IsNotFound(pieces.status()) || absl::IsFailedPrecondition(pieces.status()) ||
+                       absl::IsInvalidArgument(pieces.status());
+  if (!is_none) return pieces;
   return FieldError(absl::StatusCode::kNotFound,
                     {"path", absl::StrCat("operation ", id, " wrote no file \"", EscapedText(path), "\""),
                      "ListOperationFiles shows them"});

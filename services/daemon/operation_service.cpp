@@ -54,9 +54,8 @@ grpc::ServerWriteReactor<v1::FileChunk>* OperationService::FetchOperationFile(
     grpc::CallbackServerContext* context, const v1::FetchOperationFileRequest* request) {
   return SendFile(context, "FetchOperationFile", [&]() -> absl::StatusOr<FilePieces> {
     if (absl::Status status = CheckOffset(request->offset()); !status.ok()) return status;
-    const absl::StatusOr<std::string> file = operations_.FindFile(request->operation_id(), request->path());
-    if (!file.ok()) return file.status();
-    return FilePieces::Open(*file, {request->offset(), request->version()});
+    return operations_.OpenFile(request->operation_id(), request->path(),
+                                {request->offset(), request->version()});
   });
 }
 

@@ -7,7 +7,6 @@
 #include "alignment/temporal.h"
 #include "base/stopwatch.h"
 #include "services/files/cloud_file.h"
-#include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
@@ -187,9 +186,9 @@ FrameSteps StepsOf(const RegistrationInputs& inputs, const std::vector<size_t>& 
 }
 
 bool WasBridged(const std::string& out, const std::string& frame) {
-  v1::FrameReport report;
-  return ReadJsonFile(FramePaths(out, frame).Of(FrameFile::kReport), report).ok() &&
-         report.temporal().bridged();
+  const absl::StatusOr<FrameFolder> folder = FrameFolder::Open(out, frame, ConfinedFolder::IfMissing::kFail);
+  const absl::StatusOr<v1::FrameReport> report = folder.ok() ? folder->Report() : folder.status();
+  return report.ok() && report->temporal().bridged();
 }
 
 }  // namespace weft

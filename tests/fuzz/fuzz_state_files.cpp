@@ -114,7 +114,7 @@ class State {
     for (const weft::v1::Operation& operation : list.operations()) {
       FuzzRequire(operation.id() == kId);
       (void)(*queue)->Files(operation.id());
-      (void)(*queue)->FindFile(operation.id(), "../operation.json");
+      (void)(*queue)->OpenFile(operation.id(), "../operation.json", {});
       (void)(*queue)->Cancel(operation.id());
     }
   }

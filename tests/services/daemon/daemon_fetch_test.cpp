@@ -55,6 +55,17 @@ TEST_F(DaemonTest, FetchesNothingThatIsNoResultOfTheJob) {
   const std::string path = folder_ / "fetched";
   EXPECT_EQ(client_->Fetch(id, "a", v1::RESULT_KIND_MESH, path).code(), absl::StatusCode::kPermissionDenied);
   EXPECT_EQ(client_->Fetch(id, "a", v1::RESULT_KIND_CLOUD, path).code(), absl::StatusCode::kNotFound);
+  // Folders that a link leads to, wherever it leads.
+  std::filesystem::create_directories(folder_ / "elsewhere");
+  WriteBytes(folder_ / "elsewhere/cloud.ply", "x");
+  WriteBytes(folder_ / "out/other/cloud.ply", "x");
+  for (const char* target : {"elsewhere", "out/other"}) {
+    std::filesystem::remove_all(folder_ / "out/a");
+    std::filesystem::create_directory_symlink(folder_ / target, folder_ / "out/a");
+    EXPECT_EQ(client_->Fetch(id, "a", v1::RESULT_KIND_CLOUD, path).code(),
+              absl::StatusCode::kPermissionDenied)
+        << target;
+  }
   EXPECT_EQ(client_->Fetch(id, "b", v1::RESULT_KIND_MESH, path).code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(client_->Fetch(id, "..", v1::RESULT_KIND_MESH, path).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_FALSE(std::filesystem::exists(path));

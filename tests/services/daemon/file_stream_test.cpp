@@ -88,17 +88,17 @@ TEST_F(StalledClients, ThatDoNotWriteLeaveTheOthersAlone) {
 // A service of files alone, whose patience is short.
 class Files final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::Service> {
  public:
-  explicit Files(std::string path) : path_(std::move(path)) {}
+  explicit Files(const std::string& folder) : folder_(*ConfinedFolder::Open(folder)) {}
   grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,
                                                        const v1::FetchResultRequest*) override {
     return SendFile(
-        context, "FetchResult", [this] { return FilePieces::Open(path_, {}); }, kPatience);
+        context, "FetchResult", [this] { return FilePieces::Open(folder_, "file", {}); }, kPatience);
   }
 
   static constexpr std::chrono::milliseconds kPatience{1000};
 
  private:
-  const std::string path_;
+  const ConfinedFolder folder_;
 };
 
 class Patience : public ::testing::Test {
@@ -126,7 +126,7 @@ class Patience : public ::testing::Test {
   }
 
   TempFolder folder_;
-  Files files_{folder_ / "file"};
+  Files files_{folder_.path()};
   std::unique_ptr<v1::Jobs::Stub> stub_;
   std::unique_ptr<grpc::Server> server_;
 };

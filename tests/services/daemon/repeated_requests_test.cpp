@@ -144,7 +144,9 @@ class StreamedFile : public ::testing::Test {
   absl::StatusOr<std::string> Stream(const StreamStart& start) {
     std::string bytes;
     int64_t at = start.offset;
-    absl::StatusOr<FilePieces> pieces = FilePieces::Open(path_, start);
+    const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(folder_.path());
+    if (!folder.ok()) return folder.status();
+    absl::StatusOr<FilePieces> pieces = FilePieces::Open(*folder, "mesh.ply", start);
     if (!pieces.ok()) return pieces.status();
     for (v1::FileChunk chunk;;) {
       const absl::StatusOr<bool> next = pieces->Next(&chunk);
