@@ -51,15 +51,26 @@ absl::Status NoSuchJob(const std::string& id) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& path) {
+absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& path,
+                                                           std::function<void()> on_lost) {
   absl::StatusOr<FileLock> lock = FileLock::Take(path);
   if (!lock.ok()) return lock.status();
+  absl::StatusOr<HolderRecord> record = HolderRecord::Take(path + ".holder", "weftd", std::move(on_lost));
+  if (absl::IsFailedPrecondition(record.status())) {
+    return absl::FailedPreconditionError(absl::StrCat(path, ": in use by another weftd; ",
+                                                      std::string(record.status().message()),
+                                                      ", or give another --state folder"));
+  }
+  // One of the two must keep others out.
+  if (!record.ok() && !lock->is_effective()) return record.status();
+  std::optional<HolderRecord> holder;
+  if (record.ok()) holder.emplace(*std::move(record));
   absl::StatusOr<std::vector<std::string>> warnings = MakeCatalogueSound(path);
   if (!warnings.ok()) return warnings.status();
   absl::StatusOr<std::unique_ptr<Database>> database = Database::Open(path);
   if (!database.ok()) return database.status();
   std::unique_ptr<Catalogue> catalogue(
-      new Catalogue(*std::move(lock), *std::move(database), *std::move(warnings)));
+      new Catalogue(*std::move(lock), std::move(holder), *std::move(database), *std::move(warnings)));
   if (absl::Status status = catalogue->MakeSchema(); !status.ok()) return status;
   // A log whose flush once failed may be in memory alone; so all of it goes into the file, and the log begins
   // anew. A full disk stops no start: the log stays then.

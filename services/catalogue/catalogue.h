@@ -1,7 +1,9 @@
 // What the daemon remembers: jobs and the state of each of their frames, in one SQLite file.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,7 @@
 #include "services/catalogue/backup.h"
 #include "services/catalogue/folder_sync.h"
 #include "services/catalogue/sqlite.h"
+#include "services/files/holder_record.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -20,8 +23,11 @@ namespace weft {
 class Catalogue {
  public:
   // Makes the file where it is missing, and restores it where it is damaged (restore.h). FailedPrecondition:
-  // written by a newer Weft, or in use by another weftd. Otherwise errors of the disk.
-  static absl::StatusOr<std::unique_ptr<Catalogue>> Open(const std::string& path);
+  // written by a newer Weft, or in use by another weftd. Otherwise errors of the disk. `on_lost` is called in
+  // a thread where this process stood still so long that another one took the catalogue (HolderRecord):
+  // whatever is written then is written beside that one.
+  static absl::StatusOr<std::unique_ptr<Catalogue>> Open(const std::string& path,
+                                                         std::function<void()> on_lost = {});
   // What a user must know of its restoration. Empty: it was sound.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -58,13 +64,18 @@ class Catalogue {
   int64_t version() const { return database_->AllChangedRows(); }
 
  private:
-  Catalogue(FileLock lock, std::unique_ptr<Database> database, std::vector<std::string> warnings)
-      : lock_(std::move(lock)), database_(std::move(database)), warnings_(std::move(warnings)) {}
+  Catalogue(FileLock lock, std::optional<HolderRecord> holder, std::unique_ptr<Database> database,
+            std::vector<std::string> warnings)
+      : lock_(std::move(lock)),
+        holder_(std::move(holder)),
+        database_(std::move(database)),
+        warnings_(std::move(warnings)) {}
   absl::Status MakeSchema();
   absl::Status WriteFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
   absl::Status WriteJob(const v1::Job& job);
 
   FileLock lock_;
+  std::optional<HolderRecord> holder_;  // none: a full disk has no room for it
   std::unique_ptr<Database> database_;
   std::vector<std::string> warnings_;
 };

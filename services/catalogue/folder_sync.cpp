@@ -37,6 +37,10 @@ absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::mi
   FileLock lock(fd);
   const auto until = std::chrono::steady_clock::now() + patience;
   while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK && errno != EINTR) {
+      lock.is_effective_ = false;
+      break;
+    }
     if (std::chrono::steady_clock::now() >= until) {
       return absl::FailedPreconditionError(
           absl::StrCat(path, ": in use by another weftd; stop that one, or give another --state folder"));

@@ -18,14 +18,18 @@ class FileLock {
   // FailedPrecondition: another process holds it, also after `patience`. PermissionDenied, ResourceExhausted:
   // it cannot be made.
   static absl::StatusOr<FileLock> Take(const std::string& path, std::chrono::milliseconds patience = {});
-  FileLock(FileLock&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
+  FileLock(FileLock&& other) noexcept : fd_(other.fd_), is_effective_(other.is_effective_) { other.fd_ = -1; }
   FileLock& operator=(FileLock&&) = delete;
   ~FileLock();
+
+  // False: the file system has no locks, so nobody is kept out.
+  bool is_effective() const { return is_effective_; }
 
  private:
   explicit FileLock(int fd) : fd_(fd) {}
 
   int fd_;
+  bool is_effective_ = true;
 };
 
 }  // namespace weft

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <thread>
@@ -29,6 +30,7 @@
 #include "services/executor/local_executor.h"
 #include "services/executor/process_record.h"
 #include "services/files/atomic_file.h"
+#include "services/files/holder_record.h"
 #include "services/library/item_words.h"
 #include "services/notice/end_notices.h"
 #include "services/recorder/recorder_process.h"
@@ -117,11 +119,21 @@ absl::StatusOr<std::unique_ptr<Executor>> MakeExecutor(const DaemonOptions& opti
   return SlurmExecutor::Create(SlurmOptionsOf(options));
 }
 
+// Another daemon serves the state folder by now, so whatever this one writes damages it.
+void EndAtOnce() {
+  spdlog::critical(
+      "another weftd took the state folder while this one stood still for more than {} s; it ends without "
+      "writing anything",
+      HolderRecord::kStale.count());
+  spdlog::default_logger()->flush();
+  std::_Exit(EXIT_FAILURE);
+}
+
 // Begins with the end of an earlier daemon's processes, and the notices.
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
                                                     Daemon::Parts& parts) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
-      Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
+      Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"), EndAtOnce);
   if (!catalogue.ok()) return catalogue.status();
   if (absl::Status ended = AwaitEarlierProcesses(options.state_folder); !ended.ok()) return ended;
   auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);

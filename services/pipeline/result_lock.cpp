@@ -48,6 +48,29 @@ UniqueFd OpenLockFile(const ConfinedFolder& folder) {
   return file;
 }
 
+// Only for people; the lock holds without it.
+void SayWho(int fd, const std::string& owner) {
+  const std::string line = absl::StrCat(InFull(owner), "\n");
+  if (ftruncate(fd, 0) == 0) {
+    [[maybe_unused]] const ssize_t written = pwrite(fd, line.data(), line.size(), 0);
+  }
+}
+
+absl::Status HeldBy(const std::string& out, const std::string& holder) {
+  return absl::FailedPreconditionError(absl::StrCat(
+      out, ": ", holder, ", writes to this folder; wait until it has ended, or choose another folder"));
+}
+
+enum class Locked { kYes, kNo, kHasNoLocks };
+
+Locked Lock(int fd) {
+  while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) return Locked::kNo;
+    if (errno != EINTR) return Locked::kHasNoLocks;
+  }
+  return Locked::kYes;
+}
+
 }  // namespace
 
 absl::StatusOr<ResultLock> ResultLock::Acquire(const std::string& out, const std::string& owner,
@@ -55,27 +78,28 @@ absl::StatusOr<ResultLock> ResultLock::Acquire(const std::string& out, const std
   absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out);
   if (!folder.ok()) return folder.status();
   const Clock::time_point until = Clock::now() + patience;
-  for (;;) {
+  for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20))) {
+    const bool is_last = Clock::now() >= until;
     UniqueFd file = OpenLockFile(*folder);
     if (!file.open()) return WriteError(folder->Named(kFileName), errno);
-    if (flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
-      // Its last holder may have removed it before it let go.
-      if (!SameFile(*folder, file.get())) continue;
-      const std::string line = absl::StrCat(InFull(owner), "\n");
-      // Only for people; the lock holds without it.
-      if (ftruncate(file.get(), 0) == 0) {
-        [[maybe_unused]] const ssize_t written = pwrite(file.get(), line.data(), line.size(), 0);
-      }
-      return ResultLock(*std::move(folder), std::move(file), owner);
+    const Locked locked = Lock(file.get());
+    if (locked == Locked::kNo) {
+      if (is_last) return HeldBy(out, HolderOf(file.get()));
+      continue;
     }
-    if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) return ResultLock(*std::move(folder), UniqueFd(), owner);
-    if (Clock::now() >= until) {
-      return absl::FailedPreconditionError(
-          absl::StrCat(out, ": ", HolderOf(file.get()),
-                       ", writes to this folder; wait until it has ended, or choose another folder"));
+    // Its last holder may have removed it before it let go.
+    if (locked == Locked::kYes && !SameFile(*folder, file.get())) continue;
+    absl::StatusOr<HolderRecord> holder = HolderRecord::TakeIn(*folder, kHolderName, owner);
+    if (absl::IsFailedPrecondition(holder.status())) {
+      if (is_last) return holder.status();
+      continue;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (locked == Locked::kYes) SayWho(file.get(), owner);
+    if (locked == Locked::kHasNoLocks) file.Close();
+    // A full disk has no room for it; the other lock holds then.
+    std::optional<HolderRecord> record;
+    if (holder.ok()) record.emplace(*std::move(holder));
+    return ResultLock(*std::move(folder), std::move(file), owner, std::move(record));
   }
 }
 
@@ -86,12 +110,17 @@ ResultLock::~ResultLock() {
 bool ResultLock::IsInPlace() const { return file_.open() && SameFile(folder_, file_.get()); }
 
 absl::Status ResultLock::Renew() {
+  if (holder_ && !holder_->IsHeld()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        folder_.path(), ": another process took this folder while this one stood still; run it again"));
+  }
   if (!file_.open()) return absl::OkStatus();
   // The folder may have been removed and made again since it was opened.
   if (const auto now = ConfinedFolder::Open(folder_.path()); now.ok() && SameFile(*now, file_.get())) {
     return absl::OkStatus();
   }
   if (absl::Status status = CreateFolders(folder_.path()); !status.ok()) return status;
+  holder_.reset();
   absl::StatusOr<ResultLock> again = Acquire(folder_.path(), owner_, std::chrono::milliseconds(0));
   if (!again.ok()) return again.status();
   *this = *std::move(again);

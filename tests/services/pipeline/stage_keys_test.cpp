@@ -89,6 +89,26 @@ TEST_F(StageKeysTest, SayWhy) {
       << "the first one";
 }
 
+// A neighbour's report is read from its file: of 0.1.2 or before, of a later version, or of something else.
+TEST_F(StageKeysTest, OfNeighboursAreInputLikeAnyOther) {
+  const StageKeys now = KeysOf(inputs_, options_);
+  const std::function<void(StageKeys&)> changes[] = {
+      [](StageKeys& keys) { keys.Clear(); },
+      [](StageKeys& keys) { keys.RemoveLast(); },
+      [](StageKeys& keys) { keys.DeleteSubrange(1, 4); },
+      [](StageKeys& keys) { *keys.Add() = keys[0]; },
+      [](StageKeys& keys) { keys[2].set_stage("dress"); },
+      [](StageKeys& keys) { keys[4].set_version(-1); },
+  };
+  for (const auto& change : changes) {
+    StageKeys theirs = now;
+    change(theirs);
+    EXPECT_TRUE(FirstDifference(now, theirs).has_value()) << theirs.size();
+    EXPECT_TRUE(FirstDifference(theirs, now).has_value() || theirs.size() > now.size()) << theirs.size();
+    EXPECT_FALSE(AreEqual(now, theirs));
+  }
+}
+
 TEST(RedoneText, NamesWhatIsKept) {
   EXPECT_EQ(
       RedoneText("align", "align has version 2, was 1"),
