@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/loopback.h"
 #include "capture/image/raw_frame.h"
 #include "capture/take/open_dump.h"
 #include "services/cli/commands.h"
@@ -104,7 +104,7 @@ absl::Status MayWriteSession(const FakeCommandOptions& options) {
   const auto& cameras = before.cameras();
   const bool is_of_fakes =
       is_known && !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), [](const auto& camera) {
-        return absl::StartsWith(camera.gige().device(), "127.") && camera.gige().features().empty();
+        return IsLoopbackHost(camera.gige().device()) && camera.gige().features().empty();
       });
   return is_of_fakes ? absl::OkStatus()
                      : options.guard.MayReplace(options.session, "a session of other cameras");

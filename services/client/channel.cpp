@@ -1,6 +1,5 @@
 #include "services/client/channel.h"
 
-#include <arpa/inet.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/support/client_interceptor.h>
 
@@ -12,6 +11,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/loopback.h"
 #include "services/files/text_file.h"
 #include "services/rpc/message_limit.h"
 
@@ -73,14 +73,6 @@ absl::StatusOr<std::string> HostOfServer(const std::string& server) {
       absl::StrCat("server: \"", server, "\" is not HOST:PORT or unix:PATH, for example 127.0.0.1:7411"));
 }
 
-// An address of the loopback, and not a name that begins like one.
-bool IsThisMachine(const std::string& host) {
-  constexpr unsigned kLoopback = 127;
-  in_addr address = {};
-  return host == "localhost" || host == "[::1]" ||
-         (inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == kLoopback);
-}
-
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> TlsOf(const ClientIdentity& identity) {
   if (identity.certificate.empty() != identity.key.empty())
     return absl::InvalidArgumentError(
@@ -123,7 +115,7 @@ ClientIdentity ClientIdentity::FromEnvironment() {
 }
 
 bool UsesTls(const std::string& host, const ClientIdentity& identity) {
-  return !IsThisMachine(host) || !identity.authority.empty();
+  return !IsLoopbackHost(host) || !identity.authority.empty();
 }
 
 absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& server,

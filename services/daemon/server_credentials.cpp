@@ -2,12 +2,16 @@
 
 #include <grpcpp/security/tls_credentials_options.h>
 
+#include <cstdlib>
 #include <utility>
 
 namespace weft {
 namespace {
 
 constexpr unsigned kReadAgain_s = 5;
+// gRPC takes TLS 1.2 and 1.3, with forward secrecy and ciphers that authenticate what they encrypt. This
+// variable of the environment would weaken that.
+constexpr char kCiphersVariable[] = "GRPC_SSL_CIPHER_SUITES";
 
 }  // namespace
 
@@ -18,6 +22,7 @@ std::shared_ptr<grpc::ServerCredentials> ServerCredentialsMaker::Make(ListenKind
   if (kind == ListenKind::kUnixSocket || kind == ListenKind::kConsole)
     return grpc::experimental::LocalServerCredentials(UDS);
   if (kind == ListenKind::kLoopback) return grpc::experimental::LocalServerCredentials(LOCAL_TCP);
+  if (std::getenv(kCiphersVariable) != nullptr) unsetenv(kCiphersVariable);
   const bool knows_clients = !files_.client_authority.empty();
   if (provider_ == nullptr && knows_clients) {
     provider_ = std::make_shared<FileWatcherCertificateProvider>(files_.key, files_.certificate,

@@ -17,6 +17,11 @@
 namespace weft {
 namespace {
 
+// TLS 1.2 and 1.3 with forward secrecy and ciphers that authenticate what they encrypt.
+constexpr char kTlsPriorities[] =
+    "NONE:+VERS-TLS1.3:+VERS-TLS1.2:+AES-256-GCM:+AES-128-GCM:+CHACHA20-POLY1305:+AEAD:+ECDHE-ECDSA:"
+    "+ECDHE-RSA:+GROUP-X25519:+GROUP-SECP256R1:+GROUP-SECP384R1:+GROUP-SECP521R1:+SIGN-ALL:+CTYPE-X509:"
+    "+COMP-NULL:%SERVER_PRECEDENCE";
 constexpr size_t kConnectionMemory_bytes = 32 << 10;  // requests and their headers
 
 bool IsAddress(const std::string& text) {
@@ -28,7 +33,8 @@ bool IsAddress(const std::string& text) {
 std::string WithoutPort(const std::string& host) {
   if (absl::StartsWith(host, "[")) {
     const size_t end = host.find(']');
-    return end == std::string::npos ? "" : host.substr(1, end - 1);
+    const bool has_end = end != std::string::npos && (end + 1 == host.size() || host[end + 1] == ':');
+    return has_end ? host.substr(1, end - 1) : "";
   }
   return host.substr(0, host.find(':'));
 }
@@ -169,6 +175,7 @@ absl::StatusOr<std::unique_ptr<HttpServer::Running>> HttpServer::Run(const HttpS
     settings.push_back(
         {MHD_OPTION_HTTPS_MEM_CERT, 0, const_cast<char*>(running->options.certificate_pem.c_str())});
     settings.push_back({MHD_OPTION_HTTPS_MEM_KEY, 0, const_cast<char*>(running->options.key_pem.c_str())});
+    settings.push_back({MHD_OPTION_HTTPS_PRIORITIES, 0, const_cast<char*>(kTlsPriorities)});
   }
   settings.push_back({MHD_OPTION_END, 0, nullptr});
   const unsigned int flags =

@@ -33,20 +33,43 @@ std::string WithoutKeys(const std::string& text) {
   }
 }
 
+bool IsWeb(absl::string_view before) {
+  return absl::EndsWithIgnoreCase(before, "http") || absl::EndsWithIgnoreCase(before, "https");
+}
+
+// Of every URL the user; of those of the web what follows the host, too: addresses of hooks have their secret
+// in the path.
+std::string WithoutPartsOfUrls(absl::string_view line) {
+  constexpr absl::string_view kMark = "://", kEnds = " \t\r\"'<>\\";
+  std::string kept;
+  for (size_t mark = line.find(kMark); mark != absl::string_view::npos; mark = line.find(kMark)) {
+    const bool is_web = IsWeb(line.substr(0, mark));
+    absl::StrAppend(&kept, line.substr(0, mark + kMark.size()));
+    line.remove_prefix(mark + kMark.size());
+    const absl::string_view url = line.substr(0, line.find_first_of(kEnds));
+    absl::string_view authority = url.substr(0, url.find_first_of("/?#"));
+    const absl::string_view rest = url.substr(authority.size());
+    if (const size_t user = authority.rfind('@'); user != absl::string_view::npos) {
+      absl::StrAppend(&kept, kRedacted);
+      authority.remove_prefix(user);
+    }
+    absl::StrAppend(&kept, authority, is_web && rest.size() > 1 ? rest.substr(0, 1) : rest,
+                    is_web && rest.size() > 1 ? kRedacted : "");
+    line.remove_prefix(url.size());
+  }
+  return absl::StrCat(kept, line);
+}
+
 // By lines, since a log is long.
 std::string WithoutPatterns(const std::string& text) {
   static const std::regex token("weft_[0-9a-f]{16,}");
   static const std::regex bearer("([Bb]earer )[^\\s\"]+");
-  static const std::regex user("(https?://)[^/\\s\"@]*@");
-  static const std::regex query("(https?://[^\\s\"?]*\\?)[^\\s\"]+");
   std::vector<std::string> lines = absl::StrSplit(text, '\n');
   for (std::string& line : lines) {
     if (absl::StrContains(line, "weft_")) line = std::regex_replace(line, token, kRedacted);
     if (absl::StrContains(line, "earer "))
       line = std::regex_replace(line, bearer, absl::StrCat("$1", kRedacted));
-    if (!absl::StrContains(line, "http")) continue;
-    line = std::regex_replace(line, user, absl::StrCat("$1", kRedacted, "@"));
-    line = std::regex_replace(line, query, absl::StrCat("$1", kRedacted));
+    if (absl::StrContains(line, "://")) line = WithoutPartsOfUrls(line);
   }
   std::string all;
   for (size_t i = 0; i < lines.size(); ++i) absl::StrAppend(&all, i == 0 ? "" : "\n", lines[i]);
@@ -67,6 +90,12 @@ void Redaction::AddSecretFile(const std::string& path) {
   for (const absl::string_view line : absl::StrSplit(*text, '\n')) {
     if (!absl::StartsWith(line, "-----")) AddSecret(std::string(line));
   }
+}
+
+void Redaction::AddSecretUrl(const std::string& url) {
+  const std::vector<std::string> parts = absl::StrSplit(url, absl::ByAnyChar("/?#&=@"));
+  // What precedes the path: "https:", "", and the host.
+  for (size_t i = 3; i < parts.size(); ++i) AddSecret(parts[i]);
 }
 
 std::string Redaction::Apply(std::string text) const {

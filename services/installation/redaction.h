@@ -14,8 +14,11 @@ class Redaction {
   // Each line of the file, if it can be read.
   void AddSecretFile(const std::string& path);
 
-  // Secrets that were added, private keys in PEM, tokens of `weft access`, what follows "Bearer", user and
-  // query of URLs: each is replaced by "[redacted]".
+  // What follows the host, wherever it stands.
+  void AddSecretUrl(const std::string& url);
+
+  // Secrets that were added, private keys in PEM, tokens of `weft access`, what follows "Bearer", users in
+  // URLs, and paths and queries of those of the web: each is replaced by "[redacted]".
   std::string Apply(std::string text) const;
 
  private:

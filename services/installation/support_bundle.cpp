@@ -86,6 +86,7 @@ class BundleContent {
     }
     secrets_.AddSecretFile(config_.tls_key());
     secrets_.AddSecretFile(config_.on_end_secret());
+    secrets_.AddSecretUrl(config_.on_end_url());
     for (const char* variable : {"WEFT_TOKEN_FILE", "WEFT_TLS_KEY"}) {
       if (const char* path = std::getenv(variable)) secrets_.AddSecretFile(path);
     }

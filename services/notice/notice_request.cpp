@@ -5,14 +5,14 @@
 #include <openssl/hmac.h>
 #include <sys/stat.h>
 
-#include <cctype>
+#include <algorithm>
 #include <memory>
-#include <string_view>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/loopback.h"
 #include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
 
@@ -37,19 +37,64 @@ std::string PartOfUrl(CURLU* url, CURLUPart part) {
   return copy;
 }
 
+constexpr char kRedacted[] = "[redacted]";
+
+// What lies between the scheme and the path, as it is written. The library would take 0x7f000001 for
+// 127.0.0.1.
+std::string AuthorityOf(const std::string& url) {
+  const size_t scheme = url.find("://");
+  const size_t begin = scheme == std::string::npos ? 0 : scheme + 3;
+  return url.substr(begin, std::min(url.find_first_of("/?#", begin), url.size()) - begin);
+}
+
+// Without its port.
+std::string HostOf(const std::string& authority) {
+  const size_t bracket = authority.find(']');
+  return authority.substr(0, authority.find(':', bracket == std::string::npos ? 0 : bracket));
+}
+
+bool IsToThisMachine(const std::string& url) {
+  return IsLoopbackHost(absl::AsciiStrToLower(HostOf(AuthorityOf(url))));
+}
+
+// Whether every character may stand in a URL (RFC 3986).
+bool IsPlain(const std::string& text) {
+  return std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > ' ' && c < 0x7f; }) &&
+         text.find_first_of("\\\"<>^`{|}") == std::string::npos;
+}
+
+// What a server answers may hold parts of what it was asked.
+std::string WithoutPathOf(const std::string& url, const std::string& text) {
+  constexpr size_t kLeastSecret = 6;
+  const size_t scheme = url.find("://");
+  const size_t path = url.find_first_of("/?#", scheme == std::string::npos ? 0 : scheme + 3);
+  const std::string secret = path == std::string::npos ? "" : url.substr(path + 1);
+  std::string shown;
+  for (size_t at = 0; at < text.size();) {
+    size_t same = 0;  // characters from here on that stand in the secret as well
+    while (at + same < text.size() && secret.find(text.substr(at, same + 1)) != std::string::npos) ++same;
+    shown += same >= kLeastSecret ? kRedacted : text.substr(at, 1);
+    at += same >= kLeastSecret ? same : 1;
+  }
+  return shown;
+}
+
 absl::Status CheckUrl(const std::string& text) {
   const std::unique_ptr<CURLU, void (*)(CURLU*)> url(curl_url(), curl_url_cleanup);
-  if (curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0) != CURLUE_OK)
-    return BadOption("--on-end-url", absl::StrCat("\"", text, "\" is no URL"),
+  if (!IsPlain(text) || curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0) != CURLUE_OK)
+    return BadOption("--on-end-url", absl::StrCat("\"", ShownUrl(text), "\" is no URL"),
                      "for example https://studio.example/weft");
   const std::string scheme = PartOfUrl(url.get(), CURLUPART_SCHEME);
-  const std::string host = PartOfUrl(url.get(), CURLUPART_HOST);
-  const bool is_here = host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.");
-  if (!PartOfUrl(url.get(), CURLUPART_USER).empty())
+  // The user's name may be a secret, too.
+  if (absl::StrContains(AuthorityOf(text), '@'))
     return BadOption("--on-end-url", "has a user's name", "show who asks by --on-end-secret");
+  // Read by two, so that both mean the same host.
+  const bool is_here =
+      IsToThisMachine(text) && IsLoopbackHost(absl::AsciiStrToLower(PartOfUrl(url.get(), CURLUPART_HOST)));
   if (scheme == "https" || (scheme == "http" && is_here)) return absl::OkStatus();
-  return BadOption("--on-end-url", absl::StrCat("\"", text, "\" would send notices for everybody to read"),
-                   "use https; http is for servers of this machine");
+  return BadOption("--on-end-url",
+                   absl::StrCat("\"", ShownUrl(text), "\" would send notices for everybody to read"),
+                   "use https; http is for servers of this machine: localhost, 127.0.0.1 or [::1]");
 }
 
 // Without the line end of an editor.
@@ -90,6 +135,9 @@ void SetUpRequest(CURL* request, const NoticeServer& server) {
   curl_easy_setopt(request, CURLOPT_URL, server.url.c_str());
   curl_easy_setopt(request, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(request, CURLOPT_FOLLOWLOCATION, 0L);
+  // A proxy of the environment would carry off what is for this machine.
+  if (IsToThisMachine(server.url)) curl_easy_setopt(request, CURLOPT_NOPROXY, "*");
+  curl_easy_setopt(request, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
   curl_easy_setopt(request, CURLOPT_SSL_VERIFYPEER, 1L);
   curl_easy_setopt(request, CURLOPT_SSL_VERIFYHOST, 2L);
   if (!server.authority.empty()) curl_easy_setopt(request, CURLOPT_CAINFO, server.authority.c_str());
@@ -110,6 +158,17 @@ absl::Status CheckNoticeServer(const NoticeServer& server) {
     if (!text.ok()) return BadOption("--on-end-ca", std::string(text.status().message()), "name a PEM file");
   }
   return ReadSecret(server.secret_file).status();
+}
+
+std::string ShownUrl(const std::string& url) {
+  const size_t scheme = url.find("://");
+  if (scheme == std::string::npos) return kRedacted;
+  std::string authority = AuthorityOf(url);
+  const std::string rest = url.substr(scheme + 3 + authority.size());
+  if (const size_t user = authority.rfind('@'); user != std::string::npos)
+    authority = absl::StrCat(kRedacted, authority.substr(user));
+  return absl::StrCat(url.substr(0, scheme + 3), authority,
+                      rest.size() > 1 ? absl::StrCat("/", kRedacted) : rest);
 }
 
 std::string SignatureOf(const std::string& secret, const std::string& body) {
@@ -146,14 +205,15 @@ absl::Status PostNotice(const NoticeServer& server, const std::string& path, con
   if (stop.stop_requested()) return absl::CancelledError("the daemon stops");
   if (code != CURLE_OK) {
     return absl::UnavailableError(
-        absl::StrCat(server.url, ": ", problem[0] != '\0' ? problem : curl_easy_strerror(code)));
+        absl::StrCat(ShownUrl(server.url), ": ",
+                     WithoutPathOf(server.url, problem[0] != '\0' ? problem : curl_easy_strerror(code))));
   }
   long status = 0;
   curl_easy_getinfo(request.get(), CURLINFO_RESPONSE_CODE, &status);
   if (status >= 200 && status < 300) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(server.url, ": answers ", status,
+  return absl::UnavailableError(absl::StrCat(ShownUrl(server.url), ": answers ", status,
                                              status / 100 == 3 ? ", and redirects are not followed" : "",
-                                             answer.empty() ? "" : ": ", answer));
+                                             answer.empty() ? "" : ": ", WithoutPathOf(server.url, answer)));
 }
 
 }  // namespace weft

@@ -10,7 +10,7 @@
 namespace weft {
 
 struct NoticeServer {
-  std::string url;          // https, or http to this machine
+  std::string url;          // https, or http to this machine (IsLoopbackHost)
   std::string secret_file;  // signs requests; closed to other users. Empty: they are not signed
   std::string authority;    // certificates that vouch for the server, PEM; empty: those of this machine
   std::chrono::milliseconds patience{std::chrono::seconds(30)};  // per request
@@ -19,6 +19,9 @@ struct NoticeServer {
 // InvalidArgument names --on-end-url, --on-end-secret or --on-end-ca, and what is wrong: the URL, or a file
 // that cannot be read. PermissionDenied: other users may read the secret.
 absl::Status CheckNoticeServer(const NoticeServer& server);
+
+// The URL as logs and messages show it: "https://hooks.example/[redacted]", since its path may be a secret.
+std::string ShownUrl(const std::string& url);
 
 // "sha256=" and the HMAC-SHA256 of `body` in hex: the header X-Weft-Signature.
 std::string SignatureOf(const std::string& secret, const std::string& body);

@@ -114,6 +114,7 @@ class Support(InstallationTest):
         os.chmod(self.path("secret"), 0o600)
         key = read(self.path("key.pem"))
         return {"token": token, "its hash": hashlib.sha256(token.encode()).hexdigest(), "secret": SECRET, "query": "sesame",
+                "path of a hook": "T0AAAA/B0BBBB/SECRETPATH",
                 "bearer": "abcdefgh12345678", **{f"key {line}": line for line in key.splitlines() if not line.startswith("--")}}
 
     def test_bundle_has_the_facts_and_no_secret(self):
@@ -121,10 +122,10 @@ class Support(InstallationTest):
         self.start_by_config(tls)
         self.register("--server", self.addresses[0], "--frames", "0:1", check=0)
         secrets = self.secrets()
-        self.write_config(f'{tls}on_end_url: "https://studio.example/ended?open=sesame"\non_end_secret: "{self.path("secret")}"\n')
+        self.write_config(f'{tls}on_end_url: "https://studio.example/T0AAAA/B0BBBB/SECRETPATH?open=sesame"\non_end_secret: "{self.path("secret")}"\n')
         os.mkdir(self.path("bin"))
-        write(self.path("log"), "refused: authorization Bearer abcdefgh12345678\n" + "\n".join(known for what, known in secrets.items() if what not in ("query", "bearer")) + "\n" +
-              read(self.path("key.pem")) + "job is done\n")
+        write(self.path("log"), "refused: authorization Bearer abcdefgh12345678\n" + "\n".join(known for what, known in secrets.items() if what not in ("query", "bearer", "path of a hook")) + "\n" +
+              "notice: https://studio.example/T0AAAA/B0BBBB/SECRETPATH: answers 500\n" + read(self.path("key.pem")) + "job is done\n")
         write(self.path("bin", "journalctl"), f'#!/bin/sh\ncat "{self.path("log")}"\n')
         os.chmod(self.path("bin", "journalctl"), 0o755)
         wait_for(lambda: os.path.exists(self.path("state", "catalogue.sqlite.backup-1")), "a backup of the catalogue")
@@ -146,7 +147,7 @@ class Support(InstallationTest):
             self.assertEqual(json.loads(files["jobs.json"])["jobs"][0]["state"], "JOB_STATE_DONE")
             self.assertEqual(json.loads(files["takes.json"])["takes"], [])
             self.assertIn("workers: 1\n", files["config.txtpb"])
-            self.assertIn("https://studio.example/ended?[redacted]", files["config.txtpb"])
+            self.assertIn("https://studio.example/[redacted]", files["config.txtpb"])
             self.assertIn("whole, schema", files["catalogue.txt"])
             self.assertIn("access.json", files["state.txt"])
             for name, words in (("versions.txt", "weft-recorder "), ("doctor.txt", "kernel openat2"), ("machine.txt", "Linux"),

@@ -32,7 +32,7 @@ def setUpModule():
 class Server:
     """Answers as it is told, with 200 in the end; keeps what it answered so."""
 
-    def __init__(self, answers=(), port=0, tls=None, location=None):
+    def __init__(self, answers=(), port=0, tls=None, location=None, echoes=False):
         self.taken, self.refused, answers = [], [], list(answers)
         case = self
 
@@ -45,6 +45,8 @@ class Server:
                 if location:
                     self.send_header("Location", location)
                 self.end_headers()
+                if echoes:
+                    self.wfile.write(b"see " + self.path[-24:-4].encode())
 
             def log_message(self, *_):
                 pass
@@ -197,6 +199,15 @@ class Notices(DaemonProcess, StudioTest):
         self.end_a_job()
         wait_for(lambda: "answers 307, and redirects are not followed" in self.log(), "the redirect in the log")
         self.assertEqual(elsewhere.taken, [])
+
+    def test_secrets_of_the_url_stay_out_of_the_log(self):
+        server = self.serve(500, echoes=True)
+        self.start_daemon("--on-end-url", f"http://127.0.0.1:{server.port}/services/T0AAAA/SECRETPATHabcdef?key=0123456789")
+        self.end_a_job()
+        wait_for(lambda: "answers 500" in self.log(), "the refusal in the log")
+        self.assertIn(f"http://127.0.0.1:{server.port}/[redacted]: answers 500", self.log())
+        for secret in ("T0AAAA", "SECRETPATH", "0123456789"):
+            self.assertNotIn(secret, self.log())
 
     def test_certificates_are_checked(self):
         key, certificate = self.path("key.pem"), self.path("cert.pem")

@@ -89,7 +89,8 @@ TEST(IsHostOfOurs, ComparesNamesAsCertificatesDo) {
        {"localhost", "127.0.0.1:80", "[::1]:80", "VM.studio.example:7512", "a.farm.example"})
     EXPECT_TRUE(IsHostOfOurs(ours, names)) << ours;
   for (const char* foreign : {"", "vm", "studio.example", "farm.example", "a.b.farm.example", ".farm.example",
-                              "vm.studio.example.evil.example", "*.farm.example.evil.example"})
+                              "vm.studio.example.evil.example", "*.farm.example.evil.example",
+                              "[::1].evil.example", "[::1", "127.evil.example", "127.0.0.1.evil.example"})
     EXPECT_FALSE(IsHostOfOurs(foreign, names)) << foreign;
 }
 
