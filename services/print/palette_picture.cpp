@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/files/atomic_file.h"
 
 namespace weft {
 namespace {
@@ -45,6 +47,11 @@ void Entry(cairo_t* context, const PaletteReport& report, int a, int b) {
     Text(context, x + 12, y + 58, 13, absl::StrFormat("%.2f %%", 100 * report.confusion[a][b]));
 }
 
+cairo_status_t KeepBytes(void* text, const unsigned char* bytes, unsigned int size) {
+  static_cast<std::string*>(text)->append(reinterpret_cast<const char*>(bytes), size);
+  return CAIRO_STATUS_SUCCESS;
+}
+
 }  // namespace
 
 absl::Status WritePalettePicture(const PaletteReport& report, const std::string& path) {
@@ -73,8 +80,9 @@ absl::Status WritePalettePicture(const PaletteReport& report, const std::string&
        absl::StrCat("Weakest: ", std::string(CellColorName(report.weakest_a)), " and ",
                     std::string(CellColorName(report.weakest_b)), "."));
   cairo_surface_flush(surface.get());
-  const cairo_status_t status = cairo_surface_write_to_png(surface.get(), path.c_str());
-  if (status == CAIRO_STATUS_SUCCESS) return absl::OkStatus();
+  std::string bytes;
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), &KeepBytes, &bytes);
+  if (status == CAIRO_STATUS_SUCCESS) return WriteFileAtomically(path, bytes);
   return absl::UnavailableError(absl::StrCat(path, ": cannot be written: ", cairo_status_to_string(status)));
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/camera/clock_track.h"
+#include "capture/file/posix_file.h"
 
 namespace weft {
 
@@ -33,6 +33,9 @@ class ClockLog {
 
   // Readings are written from here on. Errors name the file.
   absl::Status Open(const std::string& take);
+  // Writes the last line, without which the file counts as cut. What an earlier call could not write, on a
+  // full disk for example, is written first. OK where no file is open.
+  absl::Status Close();
 
   // What the ledger should know: the camera's PTP changed its state. Empty otherwise.
   std::string Add(size_t camera, const ClockReading& reading);
@@ -42,14 +45,36 @@ class ClockLog {
   void Distrust(size_t camera);
 
  private:
+  void Append(const std::string& line);
+  absl::Status WritePending();
+
   const std::vector<std::string> camera_ids_;
   mutable std::mutex mutex_;
-  std::ofstream file_;
+  std::optional<PosixFile> file_;
+  std::string pending_;  // lines that are not in the file yet
+  uint64_t written_bytes_ = 0;
+  uint64_t checksum_ = 0;  // of the last line
+  uint64_t readings_ = 0;
   std::vector<std::optional<ClockReading>> last_;
   std::vector<bool> is_distrusted_;
 };
 
-// NotFound: the take has none (imported, or of an older version). Lines that are not whole are left out.
+struct ParsedClockLog {
+  std::vector<LoggedReading> readings;  // of the lines that are whole
+  bool has_checksums = true;            // false: of 0.2.0 or before
+  bool has_end = false;
+  uint64_t damaged_lines = 0;
+  bool is_cut = false;  // within its last line, which counts as damaged
+  std::string damage;   // the first: "line 7 is not as it was written"
+};
+
+// NotFound: the take has none (imported, or of an older version). DataLoss: it is something else. Errors of
+// PosixFile.
+absl::StatusOr<ParsedClockLog> ParseClockLog(const std::string& take);
+// Its readings alone.
 absl::StatusOr<std::vector<LoggedReading>> ReadClockLog(const std::string& take);
+
+// The whole log as text, with its end.
+std::string ClockLogText(const std::vector<LoggedReading>& readings);
 
 }  // namespace weft

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -319,12 +320,30 @@ std::vector<std::string> ClockWarnings(const std::vector<std::unique_ptr<CameraS
   return warnings;
 }
 
+namespace {
+
+// A take that would end at once says so before a camera starts.
+absl::Status CheckRoom(const std::string& folder, uint64_t mark_bytes) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path there = fs::absolute(folder, error);
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  const uint64_t free_bytes = fs::space(there, error).available;
+  if (error || mark_bytes == 0 || free_bytes >= mark_bytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat(folder, ": ", free_bytes >> 20, " MiB are free, and a take ends at the mark of ",
+                   mark_bytes >> 20, " MiB; make room, or lower low_disk_gib in the session"));
+}
+
+}  // namespace
+
 absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const std::vector<std::unique_ptr<CameraSource>>& cameras,
                                     const LiveRecordingOptions& given, const std::atomic<bool>& stop,
                                     const std::function<void(const LiveRecordingState&)>& report) {
   if (absl::Status status = given.sets.Validate(); !status.ok()) return status;
   if (absl::Status status = given.trigger.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckRoom(folder, given.recorder.low_disk_bytes); !status.ok()) return status;
   if (absl::Status status = StartAll(cameras); !status.ok()) return status;
   LiveRecordingOptions options = given;
   options.sets = WithArrivalTimes(cameras, given.sets);
@@ -355,7 +374,10 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
   const absl::Status written = (*recorder)->Stop();
   status.Update(written);
   Summarize(live.Cameras(), (*recorder)->Counters(), take);
-  if (!absl::IsDeadlineExceeded(written)) status.Update(WriteTakeFile(folder, take));
+  if (!absl::IsDeadlineExceeded(written)) {
+    status.Update(clocks.Close());
+    status.Update(WriteTakeFile(folder, take));
+  }
   if (!status.ok()) return status;
   return take;
 }

@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "capture/take/recorded_take.h"
 #include "services/files/atomic_file.h"
+#include "services/files/unfinished_folder.h"
 #include "services/recording/ffmpeg_process.h"
 
 namespace weft {
@@ -149,14 +150,8 @@ absl::Status ExportCamera(const CameraFrames& frames, const std::string& rate, c
   const std::string base = (fs::path(out) / frames.camera_id).string();
   if (absl::Status status = WriteFileAtomically(base + ".csv", frames.list); !status.ok()) return status;
   if (frames.records.empty()) return absl::OkStatus();
-  const std::string unfinished = base + ".mkv.unfinished";
-  absl::Status status = Encode(frames, rate, unfinished, done);
-  if (status.ok()) status = Check(frames, unfinished, done);
-  std::error_code error;
-  if (status.ok()) fs::rename(unfinished, base + ".mkv", error);
-  if (error) status = absl::UnavailableError(absl::StrCat(base, ".mkv: ", error.message()));
-  if (!status.ok()) fs::remove(unfinished, error);
-  return status;
+  if (absl::Status status = Encode(frames, rate, base + ".mkv", done); !status.ok()) return status;
+  return Check(frames, base + ".mkv", done);
 }
 
 // Takes of images have no clocks.csv.
@@ -179,17 +174,20 @@ absl::StatusOr<uint64_t> ExportArchive(const std::string& take, const std::strin
     total += frames->records.size();
     cameras.push_back(*std::move(frames));
   }
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  absl::StatusOr<UnfinishedFolder> whole = UnfinishedFolder::Begin(out);
+  if (!whole.ok()) return whole.status();
   for (const char* file : {"take.json", "ledger.csv", "clocks.csv"})
-    if (absl::Status status = CopyWhereItExists(fs::path(take) / file, fs::path(out) / file); !status.ok())
+    if (absl::Status status = CopyWhereItExists(fs::path(take) / file, fs::path(whole->path()) / file);
+        !status.ok())
       return status;
   const std::string rate = VideoRate(**recorded);
   for (const CameraFrames& frames : cameras) {
-    const absl::Status status = ExportCamera(frames, rate, out, [&] {
+    const absl::Status status = ExportCamera(frames, rate, whole->path(), [&] {
       if (progress) progress(++done, 2 * total);
     });
     if (!status.ok()) return status;
   }
+  if (absl::Status status = whole->Publish(); !status.ok()) return status;
   return total;
 }
 

@@ -19,7 +19,9 @@
 #include "capture/take/image_folder.h"
 #include "capture/take/picture_sizes.h"
 #include "capture/take/recorded_take.h"
+#include "capture/take/take_files.h"
 #include "services/files/atomic_file.h"
+#include "services/files/unfinished_folder.h"
 #include "services/recording/clock_log.h"
 #include "services/recording/take_file.h"
 
@@ -32,14 +34,23 @@ namespace fs = std::filesystem;
 class TakeCopy {
  public:
   static absl::StatusOr<TakeCopy> Start(const std::string& out, v1::Take take, RecorderOptions options) {
+    if (IsRecordedTake(out)) {
+      return absl::AlreadyExistsError(
+          absl::StrCat(out, ": holds a take; choose another folder, takes are kept"));
+    }
+    absl::StatusOr<UnfinishedFolder> folder = UnfinishedFolder::Begin(out);
+    if (!folder.ok()) return folder.status();
     std::vector<std::string> ids;
     for (const v1::TakeCamera& camera : take.cameras()) ids.push_back(camera.id());
     DescribeStreams(take, options.take);
-    auto recorder = Recorder::Start(out, ids, options);
+    auto recorder = Recorder::Start(folder->path(), ids, options);
     if (!recorder.ok()) return recorder.status();
-    if (absl::Status status = WriteTakeFile(out, take); !status.ok()) return status;
-    return TakeCopy(out, std::move(take), *std::move(recorder));
+    if (absl::Status status = WriteTakeFile(folder->path(), take); !status.ok()) return status;
+    return TakeCopy(*std::move(folder), std::move(take), *std::move(recorder));
   }
+
+  // Where it is written.
+  const std::string& folder() const { return folder_.path(); }
 
   void Note(const std::string& text) { recorder_->Note("", text); }
 
@@ -54,24 +65,26 @@ class TakeCopy {
     }
   }
 
-  // The number of sets, where all of them are in the take.
+  // The number of sets, where all of them are in the take, which has its name then.
   absl::StatusOr<uint64_t> Finish() {
     const absl::Status stopped = recorder_->Stop();
     const RecorderCounters counters = recorder_->Counters();
     SetOutcome(counters, take_);
     absl::Status status = stopped;
-    if (!absl::IsDeadlineExceeded(stopped)) status.Update(WriteTakeFile(out_, take_));
+    if (!absl::IsDeadlineExceeded(stopped)) status.Update(WriteTakeFile(folder(), take_));
     if (!status.ok()) return status;
     if (!counters.stop_cause.empty())
-      return absl::ResourceExhaustedError(absl::StrCat(out_, ": ", counters.stop_cause));
+      return absl::ResourceExhaustedError(absl::StrCat(folder(), ": ", counters.stop_cause));
+    recorder_.reset();
+    if (status = folder_.Publish(); !status.ok()) return status;
     return counters.sets_recorded;
   }
 
  private:
-  TakeCopy(std::string out, v1::Take take, std::unique_ptr<Recorder> recorder)
-      : out_(std::move(out)), take_(std::move(take)), recorder_(std::move(recorder)) {}
+  TakeCopy(UnfinishedFolder folder, v1::Take take, std::unique_ptr<Recorder> recorder)
+      : folder_(std::move(folder)), take_(std::move(take)), recorder_(std::move(recorder)) {}
 
-  std::string out_;
+  UnfinishedFolder folder_;  // outlives the recorder, which writes there
   v1::Take take_;
   std::unique_ptr<Recorder> recorder_;
 };
@@ -201,6 +214,12 @@ struct PictureCount {
   }
 };
 
+absl::Status CopyClocks(const std::string& take, const std::string& copy) {
+  const absl::StatusOr<std::string> log = ReadWholeFile(ClockLogFile(take));
+  if (absl::IsNotFound(log.status())) return absl::OkStatus();  // takes of images have none
+  return log.ok() ? WriteFileAtomically(ClockLogFile(copy), *log) : log.status();
+}
+
 }  // namespace
 
 absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
@@ -241,13 +260,10 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
     ++done;
     if (progress) progress(done, folder->frames.size());
   }
+  // A take without a picture would stand at the place of the next try.
+  if (absl::Status status = count.AllUnread(); !status.ok()) return status;
   const absl::StatusOr<uint64_t> sets = copy->Finish();
   if (!sets.ok()) return sets.status();
-  if (absl::Status status = count.AllUnread(); !status.ok()) {
-    std::error_code ignored;
-    fs::remove_all(out, ignored);  // a take without a picture, at the place of the next try
-    return status;
-  }
   imported.sets = *sets;
   for (std::string& note : count.Notes()) imported.notes.push_back(std::move(note));
   return imported;
@@ -258,8 +274,10 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
   const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
   if (!recorded.ok()) return recorded.status();
   const RecordedTake& source = **recorded;
+  absl::StatusOr<UnfinishedFolder> whole = UnfinishedFolder::Begin(out);
+  if (!whole.ok()) return whole.status();
   for (size_t set = 0; set < source.sets().size(); ++set) {
-    const fs::path folder = fs::path(out) / FrameNameOf(source.sets()[set]);
+    const fs::path folder = fs::path(whole->path()) / FrameNameOf(source.sets()[set]);
     if (absl::Status status = CreateFolders(folder.string()); !status.ok()) return status;
     for (size_t camera = 0; camera < source.camera_ids().size(); ++camera) {
       const absl::StatusOr<RawFrame> raw = source.ReadRaw(set, camera);
@@ -273,6 +291,7 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
     }
     if (progress) progress(set + 1, source.sets().size());
   }
+  if (absl::Status status = whole->Publish(); !status.ok()) return status;
   return source.sets().size();
 }
 
@@ -296,7 +315,7 @@ absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& ou
   trimmed.set_own_clocks(description->own_clocks());
   absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(trimmed), options.recorder);
   if (!copy.ok()) return copy.status();
-  CopyWholeFile(ClockLogFile(take), ClockLogFile(out)).IgnoreError();  // takes of images have none
+  if (absl::Status status = CopyClocks(take, copy->folder()); !status.ok()) return status;
   for (size_t i = 0; i < sets.size(); ++i) {
     if (i > 0) copy->NoteDropped(view->take().ledger(), sets[i - 1] + 1, sets[i] - 1);
     absl::StatusOr<RawFrameSet> set = view->ReadSet(i);

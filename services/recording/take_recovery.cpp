@@ -12,7 +12,9 @@
 #include "capture/take/recover_take.h"
 #include "capture/take/take_files.h"
 #include "capture/take/take_writer.h"
+#include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/recording/clock_log.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_verdict.h"
 
@@ -93,6 +95,24 @@ void CheckTakeFile(const KnownTake& known, const TakeCheck& check, v1::TakeCheck
   }
 }
 
+// Takes of cameras have a log of their clocks; copies of them as well.
+void CheckClockLog(const std::string& folder, bool is_closed, v1::TakeCheckReport& report) {
+  const absl::StatusOr<ParsedClockLog> log = ParseClockLog(folder);
+  if (absl::IsNotFound(log.status())) return;
+  if (!log.ok()) {
+    report.add_problems(absl::StrCat("clocks.csv: ", log.status().message()));
+    return;
+  }
+  // A recorder that was killed may have left half a line, of a version that cannot tell more.
+  const bool is_crash = !log->has_checksums && log->is_cut && log->damaged_lines == 1;
+  if (log->damaged_lines > 0 && !is_crash) {
+    report.add_problems(absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines,
+                                     " in all; its other lines are read"));
+  } else if (is_closed && log->has_checksums && !log->has_end) {
+    report.add_problems("clocks.csv: has no end: it was cut, or the take was not closed");
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder) {
@@ -105,6 +125,7 @@ absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder
   for (const std::string& problem : check->problems) report.add_problems(problem);
   for (const std::string& warning : check->warnings) report.add_warnings(warning);
   CheckTakeFile(*known, *check, report);
+  CheckClockLog(folder, IsClosed(folder, known->take), report);
   report.set_whole(report.problems().empty());
   report.set_sets(check->sets);
   report.set_complete_sets(check->complete_sets);
@@ -133,6 +154,25 @@ v1::TakeRecoveryReport ReportOf(const std::string& folder, const TakeRecovery& r
   for (const std::string& damage : recovery.damage) report.add_damage(damage);
   for (const std::string& change : recovery.changes) report.add_changes(change);
   return report;
+}
+
+// Lines that are whole are kept, and the log gets its end; what it was is kept aside where lines are lost.
+struct ClockRepair {
+  std::string text;    // to be written; empty: the log stays as it is, or there is none
+  std::string damage;  // empty: none
+};
+
+ClockRepair RepairOf(const std::string& folder) {
+  const absl::StatusOr<ParsedClockLog> log = ParseClockLog(folder);
+  if (absl::IsDataLoss(log.status())) return {ClockLogText({}), std::string(log.status().message())};
+  if (!log.ok() || (log->damaged_lines == 0 && (log->has_end || !log->has_checksums))) return {};
+  // The last line of a recorder that was killed is no damage.
+  const bool is_crash = log->is_cut && log->damaged_lines == 1;
+  if (is_crash && !log->has_checksums) return {};
+  return {ClockLogText(log->readings),
+          is_crash || log->damaged_lines == 0
+              ? ""
+              : absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines, " in all")};
 }
 
 // True where take.json has to be written.
@@ -172,11 +212,20 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
     options.descriptions[known->take.cameras(i).id()] = StreamDescription(known->take, i);
   std::error_code error;
   if (!known->file.ok() && fs::exists(TakeJsonFile(folder), error)) options.keep.push_back("take.json");
+  const ClockRepair clocks = RepairOf(folder);
+  if (!clocks.damage.empty()) options.keep.push_back("clocks.csv");
   const absl::StatusOr<TakeRecovery> recovery = RecoverTake(folder, options);
   if (!recovery.ok()) return recovery.status();
   v1::TakeRecoveryReport report = ReportOf(folder, *recovery, choice.dry_run);
   v1::Take take = known->take;
   if (!known->file.ok()) report.add_damage(std::string(known->file.message()));
+  if (!clocks.damage.empty()) {
+    report.add_damage(clocks.damage);
+    report.add_changes("clocks.csv: has the readings that are whole");
+  }
+  if (!clocks.text.empty() && !choice.dry_run)
+    if (absl::Status status = WriteFileAtomically(ClockLogFile(folder), clocks.text); !status.ok())
+      return status;
   if (Update(*known, *recovery, take)) {
     report.add_changes("take.json: says that the take was recovered, with the totals of what it holds");
     if (!choice.dry_run)

@@ -1,14 +1,18 @@
 #include "services/recording/live_recording.h"
-#include "base/host_clock.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
+#include "base/host_clock.h"
+#include "services/recording/clock_log.h"
+#include "services/recording/take_recovery.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -137,6 +141,55 @@ TEST(RecordLive, WaitsForNoFrameOfACameraThatIsGone) {
   EXPECT_LT(Clock::now() - start, std::chrono::minutes(30));
   EXPECT_EQ(take->sets_recorded(), 3u);
   EXPECT_EQ(take->frames_missing(), 2u);
+}
+
+TEST(RecordLive, SaysBeforeACameraStartsThatTheDiskIsTooFull) {
+  const TempFolder temp;
+  MeetingPoint stops(1);
+  LiveRecordingOptions options = Options();
+  options.recorder.low_disk_bytes = uint64_t{1} << 62;
+  const std::atomic<bool> stop = false;
+  const absl::Status status = RecordLive(temp / "take", Cameras({3}, stops), options, stop).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("low_disk_gib"));
+  EXPECT_FALSE(std::filesystem::exists(temp / "take"));
+}
+
+// The log of the clocks is a part of the take: what is lost of it is found, and the rest is kept.
+TEST(RecordLive, ClocksOfATakeAreVerifiedAndRecovered) {
+  using ::testing::HasSubstr;
+  const TempFolder temp;
+  const std::string take = temp / "take", log = take + "/clocks.csv";
+  MeetingPoint stops(1);
+  const std::atomic<bool> stop = false;
+  ASSERT_TRUE(RecordLive(take, Cameras({3}, stops), Options(), stop).ok());
+  const auto problems = [&take] {
+    const auto report = VerifyRecordedTake(take);
+    std::string all;
+    if (report.ok())
+      for (const std::string& problem : report->problems()) all += problem + "\n";
+    return report.ok() ? all : std::string(report.status().message());
+  };
+  EXPECT_EQ(problems(), "");
+  const std::string cut = ReadBytes(log).substr(0, ReadBytes(log).find('\n') + 1);
+  WriteBytes(log, cut);
+  EXPECT_THAT(problems(), HasSubstr("clocks.csv: has no end"));
+  const std::string readings =
+      ClockLogText({{"cam0", {1000, -5, 3, "", {}}}, {"cam0", {2000, -6, 3, "", {}}}});
+  WriteBytes(log, readings);
+  EXPECT_EQ(problems(), "");
+  std::string damaged = readings;
+  damaged[damaged.find("2000")] = '9';
+  WriteBytes(log, damaged);
+  EXPECT_THAT(problems(), HasSubstr("clocks.csv: line 3 is not as it was written, 1 in all"));
+  EXPECT_EQ(ReadClockLog(take)->size(), 1u);
+  const auto recovered = RecoverRecordedTake(take, {.force = true});
+  ASSERT_TRUE(recovered.ok()) << recovered.status();
+  EXPECT_EQ(problems(), "");
+  EXPECT_EQ(ReadClockLog(take)->size(), 1u);
+  EXPECT_EQ(ReadBytes(recovered->kept_aside() + "/clocks.csv"), damaged);
+  WriteBytes(log, "something else");
+  EXPECT_THAT(problems(), HasSubstr("clocks.csv: "));
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "capture/image/image_file.h"
 #include "capture/take/image_folder.h"
@@ -236,10 +239,69 @@ TEST(TakeCopy, StopsImportingAtTheLowDiskMark) {
   options.recorder.low_disk_bytes = uint64_t{1} << 62;
   options.recorder.flush_interval_ms = 1;
   const auto sets = ImportImages(temp / "images", temp / "take", options);
-  if (!sets.ok()) {  // the three images may have been quicker than the look at the disk
-    EXPECT_THAT(std::string(sets.status().message()), HasSubstr("disk nearly full"));
+  if (sets.ok()) {  // the three images may have been quicker than the look at the disk
+    EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
+    return;
   }
-  EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
+  EXPECT_THAT(std::string(sets.status().message()), HasSubstr("disk nearly full"));
+  EXPECT_FALSE(std::filesystem::exists(temp / "take")) << "a part of the images is no take";
+  EXPECT_FALSE(std::filesystem::exists(temp / "take.unfinished"));
+}
+
+// As long as it lives no file grows beyond this, as on a full disk.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) : handler_(signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit = {bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  sighandler_t handler_;
+  rlimit before_ = {};
+};
+
+TEST(TakeCopy, CopiesThatFailLeaveNothing) {
+  const TempFolder temp;
+  PatternFrames cameras({"left", "right"}, 64, 48);
+  const auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), SmallCopy().recorder);
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  for (uint64_t number = 1; number <= 9; ++number)
+    ASSERT_TRUE((*recorder)->OfferAndWait(cameras.Set(number)));
+  ASSERT_TRUE((*recorder)->Stop().ok());
+  v1::Take about = NewTake("");
+  for (const std::string& id : cameras.camera_ids()) about.add_cameras()->set_id(id);
+  ASSERT_TRUE(WriteTakeFile(temp / "take", about).ok());
+  WritePictures(temp / "pictures", {"0001/left.png", "0002/left.png"});
+  TrimOptions options;
+  options.recorder = SmallCopy().recorder;
+  {
+    const FullDisk no_images(20);
+    EXPECT_FALSE(ExportImages(temp / "take", temp / "images", false).ok());
+    EXPECT_FALSE(ImportImages(temp / "pictures", temp / "imported", SmallCopy()).ok());
+  }
+  {
+    const FullDisk streams_end(30'000);
+    EXPECT_FALSE(TrimTake(temp / "take", temp / "part", options).ok());
+  }
+  for (const char* left :
+       {"part", "part.unfinished", "images", "images.unfinished", "imported", "imported.unfinished"})
+    EXPECT_FALSE(std::filesystem::exists(temp / left)) << left;
+  // With room they are as ever.
+  EXPECT_EQ(*TrimTake(temp / "take", temp / "part", options), 9u);
+  EXPECT_EQ(*ExportImages(temp / "take", temp / "images", false), 9u);
+  // Nor do they begin where something stands.
+  WriteBytes(temp / "notes/day.txt", "kept");
+  EXPECT_EQ(TrimTake(temp / "take", temp / "notes", options).status().code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(ExportImages(temp / "take", temp / "notes", false).status().code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(ReadBytes(temp / "notes/day.txt"), "kept");
 }
 
 TEST(DiskSpeed, MeasuresAndLeavesNothingBehind) {
