@@ -1,8 +1,13 @@
 // weft take start, stop, watch, list, pin, delete, restore, empty-trash: takes of a daemon.
 #include <unistd.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <memory>
+#include <mutex>
+#include <stop_token>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -102,6 +107,41 @@ absl::Status OutcomeOfTake(const v1::RecordedTake& take) {
   return absl::InternalError(absl::StrCat("take ", take.id(), ": ", state.message()));
 }
 
+absl::StatusCode CodeOfName(const std::string& name) {
+  for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code)
+    if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == name)
+      return static_cast<absl::StatusCode>(code);
+  return absl::StatusCode::kInternal;
+}
+
+// Until the cameras are recorded, or why they are not. A recorder that takes longer is left to itself.
+absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& take) {
+  constexpr std::chrono::seconds kPatience{30};
+  std::stop_source enough;
+  const std::stop_callback on_interrupt(context.stop, [&enough] { enough.request_stop(); });
+  const std::jthread timer([&enough, kPatience](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any never;
+    never.wait_for(lock, stop, kPatience, [] { return false; });
+    enough.request_stop();
+  });
+  const absl::StatusOr<v1::RecordedTake> ended = context.client.Watch(
+      take.id(),
+      [&](const v1::RecordedTake& now) {
+        take = now;
+        if (now.state().phase() == v1::RECORDER_PHASE_RECORDING) enough.request_stop();
+      },
+      enough.get_token());
+  if (!ended.ok()) return absl::OkStatus();  // it goes on, whoever watches it
+  const v1::RecorderState& state = ended->state();
+  const bool is_short = state.phase() == v1::RECORDER_PHASE_ENDED && state.message().empty();
+  if (is_short || state.sets_recorded() > 0) return absl::OkStatus();
+  return absl::Status(CodeOfName(state.error_code()),
+                      absl::StrCat("take ", take.id(), ": ",
+                                   state.message().empty() ? "its recorder ended" : state.message()));
+}
+
 absl::Status StartRemoteTake(const RemoteTakeContext& context) {
   const RemoteTakeOptions& options = context.options;
   if (options.session.empty() == options.lease.empty()) {
@@ -118,11 +158,14 @@ absl::Status StartRemoteTake(const RemoteTakeContext& context) {
   request.mutable_recording()->set_seconds(context.options.seconds);
   request.mutable_recording()->set_no_disk_test(context.options.no_disk_test);
   request.set_idempotency_key(NewTimedId());
-  const absl::StatusOr<v1::RecordedTake> take = context.client.Start(request);
+  absl::StatusOr<v1::RecordedTake> take = context.client.Start(request);
   if (!take.ok()) return take.status();
-  if (context.options.json) return PrintJsonMessage(*take);
-  std::printf("%s\n", take->id().c_str());
-  return absl::OkStatus();
+  if (!context.options.json) std::printf("%s\n", take->id().c_str());
+  std::fflush(stdout);
+  const absl::Status started = WaitForStart(context, *take);
+  if (!context.options.json) return started;
+  const absl::Status printed = PrintJsonMessage(*take);
+  return started.ok() ? printed : started;
 }
 
 absl::Status WatchRemoteTake(const RemoteTakeContext& context) {

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
 #include <vector>
 
 #include "absl/strings/numbers.h"
@@ -81,6 +82,14 @@ absl::Status Spawn(const std::string& program, const std::string& folder, const 
       absl::StrCat(program, ": ", DescribeExit(status), log.ok() ? absl::StrCat("; ", *log) : ""));
 }
 
+// Of a take that cannot be recovered at this time, for example on a full disk. It can be looked at
+// nevertheless.
+void SayLater(const std::string& why, v1::RecorderState& state) {
+  state.set_phase(v1::RECORDER_PHASE_FAILED);
+  state.set_message(absl::StrCat("the recorder ended abnormally; the take cannot be recovered yet: ", why,
+                                 "; it is tried again whenever somebody looks"));
+}
+
 }  // namespace
 
 absl::Status StartRecorder(const std::string& program, const std::string& folder,
@@ -129,15 +138,18 @@ absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
     const absl::StatusOr<v1::TakeRecoveryReport> recovered = RecoverRecordedTake(files.take);
     // FailedPrecondition: it was closed, and the recorder died before it could say so.
     if (!recovered.ok() && !absl::IsFailedPrecondition(recovered.status())) {
-      if (!failed) return recovered.status();
       state = before;
+      if (!failed) SayLater(std::string(recovered.status().message()), state);
       return view;
     }
     state.set_message(absl::StrCat(said, "what it had acknowledged was recovered"));
   } else {
     state.set_message("the recorder ended abnormally, before it recorded anything");
   }
-  if (absl::Status status = WriteJsonFile(files.state, state); !status.ok()) return status;
+  std::error_code ignored;
+  std::filesystem::remove(files.room, ignored);
+  // Where the disk is full the next look says the same.
+  WriteJsonFile(files.state, state).IgnoreError();
   return view;
 }
 

@@ -29,8 +29,8 @@ absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder);
 absl::Status StopRecorder(const std::string& folder);
 
 // LookAtRecorder, but the take of a recorder that was killed, crashed or could not close it is closed with
-// all that was acknowledged, and its state says so. Errors of RecoverRecordedTake besides. One at a time per
-// folder.
+// all that was acknowledged, and its state says so. Where that cannot be done at this time, for example on a
+// full disk, the state says so, too, and the next call tries again. One at a time per folder.
 absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder);
 
 // False while a take waits for RecoverIfDead: what stands in it may be damaged. True where no recorder was

@@ -73,6 +73,17 @@ absl::StatusOr<std::vector<std::string>> TestDiskOf(const std::string& folder,
   return AssessDisk(*speed, *rate, recording);
 }
 
+// Room on the disk for the last state, which says why a take ended on a full one.
+void KeepRoom(const RecorderFiles& files) {
+  constexpr size_t kRoom_bytes = 64 << 10;
+  std::ofstream(files.room) << std::string(kRoom_bytes, '.');
+}
+
+void GiveRoom(const RecorderFiles& files) {
+  std::error_code ignored;
+  std::filesystem::remove(files.room, ignored);
+}
+
 absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1::RecorderState& state) {
   const RecorderFiles files(folder);
   v1::RecorderRequest request;
@@ -117,7 +128,9 @@ absl::Status RunRecorder(const std::string& folder, const std::atomic<bool>& sto
   state.set_phase(v1::RECORDER_PHASE_STARTING);
   state.set_disk_minutes_left(-1);
   ShowState(files, state);
+  KeepRoom(files);
   const absl::Status status = Record(folder, stop, state);
+  GiveRoom(files);
   state.set_phase(status.ok() ? v1::RECORDER_PHASE_ENDED : v1::RECORDER_PHASE_FAILED);
   if (!status.ok()) {
     state.set_error_code(absl::StatusCodeToString(status.code()));

@@ -2,8 +2,10 @@
 // state.
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 
 #include <atomic>
+#include <csignal>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
@@ -14,6 +16,7 @@
 #include "services/files/json_file.h"
 #include "services/files/unique_fd.h"
 #include "services/recorder/recorder_files.h"
+#include "services/recorder/recorder_process.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {
@@ -154,6 +157,29 @@ TEST_F(TakeServiceTest, OfARecorderThatDiesAreClosedThoughNobodyAsks) {
   } while (state.phase() == v1::RECORDER_PHASE_RECORDING);
   EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_RECOVERED);
   EXPECT_THAT(state.message(), HasSubstr("before it recorded anything"));
+}
+
+// No file may grow, as on a full disk.
+TEST_F(TakeServiceTest, OfARecorderThatDiedIsShownThoughTheDiskIsFull) {
+  lock_.Close();
+  rlimit before = {};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full = {0, before.rlim_max};
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const absl::StatusOr<RecorderView> view = RecoverIfDead(folder_of_take_);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  ASSERT_TRUE(view.ok()) << view.status();
+  EXPECT_FALSE(view->lives);
+  EXPECT_EQ(view->state.phase(), v1::RECORDER_PHASE_RECOVERED);
+  // With room the next look writes it down.
+  v1::RecorderState state;
+  ASSERT_TRUE(ReadJsonFile(files_.state, state).ok());
+  EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_RECORDING);
+  ASSERT_TRUE(RecoverIfDead(folder_of_take_).ok());
+  ASSERT_TRUE(ReadJsonFile(files_.state, state).ok());
+  EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_RECOVERED);
 }
 
 TEST_F(TakeServiceTest, RefusesCamerasThatFilmAndIdsThatAreNone) {
