@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/caller.h"
 #include "weft/v1/access.pb.h"
 
 namespace weft {
@@ -21,12 +22,6 @@ struct Credentials {
   std::string token;              // without "Bearer "
   std::string certificate_owner;  // common name of a certificate that was verified
   std::string token_sha256;  // of a token that was shown before, from who keeps its hash; counts as the token
-};
-
-struct Caller {
-  std::string
-      name;  // for people and the audit log: "token 0a1b2c3d4e5f (anna)", "certificate anna", "user weft"
-  v1::Role role = v1::ROLE_UNSPECIFIED;
 };
 
 // Knows access.json, and takes its changes. A list that cannot be read keeps all tokens and certificates out

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "services/callers/fair_share.h"
 #include "services/rpc/retry_after.h"
 
 namespace weft {
@@ -17,6 +19,14 @@ constexpr std::chrono::minutes kForgetEvery{1};
 
 const char* WordOf(CallKind kind) {
   return kind == CallKind::kUnary ? "calls" : kind == CallKind::kStream ? "streams" : "uploads";
+}
+
+std::optional<ShareLimits> LimitsOfAll(const CallerLimits& limits, CallKind kind) {
+  if (kind == CallKind::kUpload) return std::nullopt;
+  const bool is_unary = kind == CallKind::kUnary;
+  return ShareLimits{.all = is_unary ? limits.all_unary : limits.all_streams,
+                     .of_one_caller = limits.Of(kind),
+                     .reserve = is_unary ? limits.reserved_unary : limits.reserved_streams};
 }
 
 // Streams and uploads last longer than questions.
@@ -57,7 +67,7 @@ absl::Status CallLimits::Charge(const std::string& caller) {
   return Charge(caller, AccountOf(caller, now));
 }
 
-absl::Status CallLimits::Admit(const std::string& caller, CallKind kind) {
+absl::Status CallLimits::Admit(const std::string& caller, CallKind kind, v1::Role role) {
   const std::lock_guard lock(mutex_);
   const Time now = clock_();
   Forget(now);
@@ -71,8 +81,28 @@ absl::Status CallLimits::Admit(const std::string& caller, CallKind kind) {
                       absl::StrCat(caller, " has ", open, " ", WordOf(kind), " open, the most at once"),
                       RetryWhereFull(kind));
   }
+  const std::optional<ShareLimits> all = LimitsOfAll(limits_, kind);
+  const int taken = OpenOf(kind, now);
+  if (all && !MayTakeMore(*all, taken, open, 1, role >= all->reserved_for)) {
+    return RetryLater(
+        absl::StatusCode::kResourceExhausted,
+        absl::StrCat(caller, " has ", open, " ", WordOf(kind), " open, and all callers together ", taken,
+                     " of ", all->all, ": the rest is for others"),
+        RetryWhereFull(kind));
+  }
   calls.admitted.push_back(now);
   return absl::OkStatus();
+}
+
+int CallLimits::OpenOf(CallKind kind, Time now) const {
+  size_t open = 0;
+  for (const auto& [name, account] : accounts_) {
+    const Calls& calls = account.calls.at(static_cast<size_t>(kind));
+    const auto is_late = [now](Time admitted) { return now - admitted > kBeginsWithin; };
+    open += static_cast<size_t>(calls.running) + calls.admitted.size() -
+            static_cast<size_t>(std::count_if(calls.admitted.begin(), calls.admitted.end(), is_late));
+  }
+  return static_cast<int>(open);
 }
 
 void CallLimits::Begin(const std::string& caller, CallKind kind) {

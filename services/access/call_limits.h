@@ -21,7 +21,11 @@ struct CallerLimits {
   int unary = 24;
   int streams = 300;
   int uploads = 8;
-  int jobs = 500;  // unfinished; the job queue counts them
+  int jobs = 300;  // unfinished; the job queue counts them
+  // Of all callers together, so many of them for operators: threads, and what the daemon keeps for streams.
+  // Uploads are counted where they are received.
+  int all_unary = 144, reserved_unary = 16;
+  int all_streams = 4096, reserved_streams = 256;
 
   int Of(CallKind kind) const {
     return kind == CallKind::kUnary ? unary : kind == CallKind::kStream ? streams : uploads;
@@ -36,9 +40,9 @@ class CallLimits {
 
   explicit CallLimits(CallerLimits limits, Clock clock = std::chrono::steady_clock::now);
 
-  // Counts a call that arrives. ResourceExhausted says when to come again (retry_after.h); such a call is not
-  // counted among those that run.
-  absl::Status Admit(const std::string& caller, CallKind kind);
+  // Counts a call that arrives, by a caller of this role. ResourceExhausted says when to come again
+  // (retry_after.h); such a call is not counted among those that run.
+  absl::Status Admit(const std::string& caller, CallKind kind, v1::Role role = v1::ROLE_CLIENT);
   // Counts one that is refused for another reason. ResourceExhausted as Admit, for too many in a second.
   absl::Status Charge(const std::string& caller);
   // An admitted call runs, and has ended. One that never begins, since its client went away, is forgotten
@@ -64,6 +68,8 @@ class CallLimits {
   absl::Status Charge(const std::string& caller, Account& account) const;
   Account& AccountOf(const std::string& caller, Time now);
   void Forget(Time now);
+  // Calls of all callers that run, or were admitted just now.
+  int OpenOf(CallKind kind, Time now) const;
 
   const CallerLimits limits_;
   const Clock clock_;

@@ -73,17 +73,21 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
   entry.set_peer(EscapedText(TakeNote(context)));
   absl::Status status = CheckSize(metadata);
   status.Update(CheckEncoding(metadata));
+  v1::Role role = v1::ROLE_UNSPECIFIED;
   if (status.ok() && method.role != v1::ROLE_UNSPECIFIED) {
     status = CheckCertificate(*context);
     if (status.ok()) {
       const absl::StatusOr<Caller> caller = sources_.access.Identify(CredentialsOf(metadata, *context));
-      if (caller.ok()) entry.set_caller(EscapedText(caller->name));
+      if (caller.ok()) {
+        entry.set_caller(EscapedText(caller->name));
+        role = caller->role;
+      }
       status = caller.ok() ? CheckMayCall(*caller, path) : caller.status();
     }
   }
   const std::string account = AccountOf(entry.caller(), entry.peer());
   const absl::Status room =
-      status.ok() ? sources_.limits.Admit(account, method.kind) : sources_.limits.Charge(account);
+      status.ok() ? sources_.limits.Admit(account, method.kind, role) : sources_.limits.Charge(account);
   if (!room.ok()) status = room;
   if (status.ok()) return grpc::Status::OK;
   ++refused_;

@@ -16,10 +16,10 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/peer_budget.h"
 #include "services/daemon/call_check.h"
 #include "services/daemon/connection_handover.h"
 #include "services/daemon/listen_address.h"
-#include "services/daemon/peer_budget.h"
 #include "services/daemon/receive_guard.h"
 
 namespace weft {

@@ -32,7 +32,7 @@ ROOMS = {
     "capture": ["file", "image", "rig", "camera", "sync", "take"],
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
-    "services": ["process", "verdict", "files", "confinement", "rpc", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
+    "services": ["process", "verdict", "files", "confinement", "rpc", "callers", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
                  "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "reading", "worker",
                  "executor", "plan", "slurm", "notice", "retention", "daemon", "client", "installation", "cli"],
 }
@@ -43,6 +43,7 @@ GROUND = {"pattern/observation.h"}
 SERVICES_MAY_INCLUDE = {
     "process": {"process"},
     "rpc": {"rpc", "files"},
+    "callers": {"callers", "rpc"},
     "files": {"files"},
 }
 # The daemon and the worker are programs of their own: neither links the command line nor a client.

@@ -97,6 +97,31 @@ TEST_F(CallLimitsTest, KeepCallsThatRunForLong) {
   EXPECT_EQ(limits_.Running(CallKind::kUpload), 1);
 }
 
+TEST(CallLimitsOfAllTest, ManyCallersLeaveRoomForTheNextAndForOperators) {
+  CallerLimits few;
+  few.unary = 6;
+  few.all_unary = 20;
+  few.reserved_unary = 4;
+  CallLimits limits(few);
+  const auto open = [&](const std::string& caller, v1::Role role = v1::ROLE_CLIENT) {
+    int admitted = 0;
+    while (admitted < 100 && limits.Admit(caller, CallKind::kUnary, role).ok()) {
+      limits.Begin(caller, CallKind::kUnary);
+      ++admitted;
+    }
+    return admitted;
+  };
+  EXPECT_EQ(open("a"), 5);  // half of the 11 that stay free
+  for (const char* next : {"b", "c", "d", "e"}) EXPECT_GE(open(next), 1) << next;
+  for (int i = 0; i < 30; ++i) open("more" + std::to_string(i));
+  EXPECT_EQ(limits.Running(CallKind::kUnary), 16);
+  EXPECT_EQ(open("new"), 0);
+  EXPECT_GE(open("stage", v1::ROLE_OPERATOR), 1);
+  // The operator's has a place of the reserve.
+  for (int i = 0; i < 2; ++i) limits.End("a", CallKind::kUnary);
+  EXPECT_EQ(open("new"), 1);
+}
+
 TEST_F(CallLimitsTest, ChargeRefusalsWithoutKeepingThemOpen) {
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(limits_.Charge("anna").ok());
   EXPECT_FALSE(limits_.Charge("anna").ok());

@@ -1,4 +1,4 @@
-#include "services/daemon/peer_budget.h"
+#include "services/callers/peer_budget.h"
 
 #include <gtest/gtest.h>
 
