@@ -22,6 +22,7 @@
 #include "services/process/file_size.h"
 #include "services/process/freed_memory.h"
 #include "services/process/help.h"
+#include "services/process/no_threads.h"
 #include "services/verdict/verdict.h"
 
 namespace {
@@ -94,7 +95,8 @@ int RunToStatus(const weft::CommandLine& line) {
   } catch (const std::bad_alloc&) {
     weft::PrintError(absl::ResourceExhaustedError("out of memory"));
   } catch (const std::exception& error) {
-    weft::PrintError(absl::InternalError(error.what()));
+    weft::PrintError(weft::IsLackOfThreads(error) ? weft::NoFurtherThreads()
+                                                  : absl::InternalError(error.what()));
   }
   return weft::kExitFailed;
 }

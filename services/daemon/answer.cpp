@@ -2,10 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <exception>
 
 #include "capture/file/plain_text.h"
+#include "services/process/no_threads.h"
 #include "services/rpc/grpc_status.h"
+#include "services/rpc/retry_after.h"
 
 namespace weft {
 
@@ -16,7 +19,10 @@ grpc::Status Answer(const char* method, const std::function<absl::Status()>& han
   } catch (const std::bad_alloc&) {
     status = absl::ResourceExhaustedError("the daemon is out of memory");
   } catch (const std::exception& error) {
-    status = absl::InternalError(error.what());
+    constexpr std::chrono::seconds kRetry{2};
+    status = IsLackOfThreads(error) ? RetryLater(absl::StatusCode::kResourceExhausted,
+                                                 std::string(NoFurtherThreads().message()), kRetry)
+                                    : absl::InternalError(error.what());
   }
   if (!status.ok()) {
     // Without payloads, which ToString would print as bytes. A message quotes what clients sent.

@@ -11,8 +11,8 @@
 
 namespace weft {
 
-// What is thrown ends the call, not the daemon: ResourceExhausted without memory, Internal otherwise. Errors
-// go to the log under the method's name.
+// What is thrown ends the call, not the daemon: ResourceExhausted without memory or threads, Internal
+// otherwise. Errors go to the log under the method's name.
 grpc::Status Answer(const char* method, const std::function<absl::Status()>& handler);
 
 template <typename Message>

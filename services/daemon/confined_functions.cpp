@@ -4,6 +4,7 @@
 #include <string>
 
 #include "services/pipeline/job_confinement.h"
+#include "services/process/no_threads.h"
 
 namespace weft {
 namespace {
@@ -12,8 +13,13 @@ namespace {
 template <typename Answer>
 Answer AnswerConfined(const Confinement& confinement, const std::function<Answer()>& work) {
   Answer answer = absl::InternalError("not run");
-  const absl::Status confined = RunConfined(confinement, [&] { answer = work(); });
-  if (!confined.ok()) answer = confined;
+  try {
+    const absl::Status confined = RunConfined(confinement, [&] { answer = work(); });
+    if (!confined.ok()) answer = confined;
+  } catch (const std::exception& error) {
+    if (!IsLackOfThreads(error)) throw;
+    answer = NoFurtherThreads();
+  }
   return answer;
 }
 

@@ -10,6 +10,7 @@
 #include "services/files/json_file.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/refine_frame.h"
+#include "services/process/no_threads.h"
 
 namespace weft {
 namespace {
@@ -17,13 +18,16 @@ namespace {
 // A writer that was killed lets go of the lock a moment later.
 constexpr std::chrono::milliseconds kPatience{200};
 
-void Assess(const std::string& out, const JobEndings& endings, v1::Job& job) {
-  if (!endings.assess) return;
+// ResourceExhausted: there is no thread for it now.
+absl::Status Assess(const std::string& out, const JobEndings& endings, v1::Job& job) {
+  if (!endings.assess) return absl::OkStatus();
   try {
     *job.mutable_verdict() = endings.assess(out, job);
   } catch (const std::exception& error) {
+    if (IsLackOfThreads(error)) return NoFurtherThreads();
     job.add_warnings(absl::StrCat("the job has no verdict: ", error.what()));
   }
+  return absl::OkStatus();
 }
 
 absl::Status WriteReport(const std::string& out, const JobEndings& endings, const v1::Job& job) {
@@ -31,6 +35,7 @@ absl::Status WriteReport(const std::string& out, const JobEndings& endings, cons
   try {
     return endings.write_report(out, job);
   } catch (const std::exception& error) {
+    if (IsLackOfThreads(error)) return NoFurtherThreads();
     return absl::InternalError(absl::StrCat("the report cannot be written: ", error.what()));
   }
 }
@@ -94,7 +99,7 @@ absl::Status JobFolder::WriteJob(const v1::Job& job) const {
 absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings,
                                v1::Job& job) {
   if (absl::Status status = Take(kPatience); !status.ok()) return status;
-  Assess(out_, endings, job);
+  if (absl::Status status = Assess(out_, endings, job); !status.ok()) return status;
   Clean(frames);
   if (absl::Status status = WriteJob(job); !status.ok()) return status;
   if (absl::Status status = RemoveEvaluation(out_); !status.ok()) return status;

@@ -21,6 +21,7 @@
 #include "services/process/file_size.h"
 #include "services/process/freed_memory.h"
 #include "services/process/memory_limit.h"
+#include "services/process/no_threads.h"
 #include "services/process/stop_on_signal.h"
 #include "services/reading/run_reading.h"
 #include "services/worker/run_task.h"
@@ -97,7 +98,10 @@ absl::Status RunWithin(const std::string& path, const EventLog& log, const weft:
                                                        " MiB, --worker-memory-mib of weftd changes that")
                                         : ""));
   } catch (const std::exception& error) {
-    return absl::InternalError(error.what());
+    if (!weft::IsLackOfThreads(error)) return absl::InternalError(error.what());
+    // No fault of the frame, and no reason to give up the job.
+    return weft::ReportedToDaemon(weft::NoFurtherThreads(),
+                                  [&log](const weft::v1::WorkerEvent& event) { log.Add(event); });
   }
 }
 

@@ -117,7 +117,10 @@ absl::Status Run(const v1::Task& task, const UniqueFd& out,
       absl::StrCat(task.spec().out(), ": was removed, so this worker may write nowhere; the next one may"));
 }
 
-absl::Status Reported(const absl::Status& status, const std::function<void(const v1::WorkerEvent&)>& report) {
+}  // namespace
+
+absl::Status ReportedToDaemon(const absl::Status& status,
+                              const std::function<void(const v1::WorkerEvent&)>& report) {
   if (!status.ok()) {
     v1::WorkerEvent event;
     event.mutable_error()->set_code(absl::StatusCodeToString(status.code()));
@@ -126,8 +129,6 @@ absl::Status Reported(const absl::Status& status, const std::function<void(const
   }
   return status;
 }
-
-}  // namespace
 
 absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
                                        const std::function<void(const v1::WorkerEvent&)>& report) {
@@ -145,13 +146,13 @@ absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
     if (!error) confinement.writable.push_back(scratch);
   }
   if (status.ok()) status = ConfineProcess(confinement);
-  if (!status.ok()) return Reported(status, report);
+  if (!status.ok()) return ReportedToDaemon(status, report);
   return out;
 }
 
 absl::Status RunTask(const v1::Task& task, const UniqueFd& out,
                      const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop) {
-  return Reported(Run(task, out, report, std::move(stop)), report);
+  return ReportedToDaemon(Run(task, out, report, std::move(stop)), report);
 }
 
 }  // namespace weft

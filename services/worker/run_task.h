@@ -24,4 +24,8 @@ absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
 absl::Status RunTask(const v1::Task& task, const UniqueFd& out,
                      const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop);
 
+// Reports an error as the last event, and returns it.
+absl::Status ReportedToDaemon(const absl::Status& status,
+                              const std::function<void(const v1::WorkerEvent&)>& report);
+
 }  // namespace weft

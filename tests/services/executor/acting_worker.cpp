@@ -84,6 +84,23 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
   }
   if (absl::StartsWith(frame, "slow")) usleep(300'000);
   if (absl::StartsWith(frame, "outlive")) OutliveTheDaemonOnce(task);
+  // Each of them until the test has put a file "threads" into the folder of results.
+  if (absl::EndsWith(frame, "lacks_threads") && access((task.spec().out() + "/threads").c_str(), F_OK) != 0) {
+    if (absl::StartsWith(frame, "libgomp")) {
+      std::fprintf(stderr, "libgomp: Thread creation failed: Resource temporarily unavailable\n");
+      exit(1);
+    }
+    if (absl::StartsWith(frame, "throws")) {
+      std::fprintf(stderr, "terminate called after throwing an instance of 'std::system_error'\n");
+      std::fprintf(stderr, "  what():  Resource temporarily unavailable\n");
+      abort();
+    }
+    WorkerEvent event;
+    event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
+    event.mutable_error()->set_message("weft-pcl: cannot be started (Resource temporarily unavailable)");
+    Print(event);
+    End(1);
+  }
   if (absl::StartsWith(frame, "error")) {
     WorkerEvent event;
     event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
