@@ -178,11 +178,16 @@ absl::StatusOr<std::vector<v1::FrameInfo>> Catalogue::ReadFrames(const std::stri
   }
 }
 
-absl::StatusOr<std::vector<v1::Job>> Catalogue::ListJobs(int limit) {
-  absl::StatusOr<Statement> select =
-      database_->Prepare(absl::StrCat("SELECT ", JobColumns(), " FROM jobs ORDER BY sequence DESC LIMIT ?"));
+absl::StatusOr<std::vector<v1::Job>> Catalogue::ListJobs(int limit, const std::string& older_than) {
+  if (!older_than.empty()) {
+    if (const absl::StatusOr<v1::Job> there = ReadJob(older_than); !there.ok()) return there.status();
+  }
+  absl::StatusOr<Statement> select = database_->Prepare(
+      absl::StrCat("SELECT ", JobColumns(),
+                   " FROM jobs WHERE ?1 = '' OR sequence < (SELECT sequence FROM jobs WHERE id = ?1)",
+                   " ORDER BY sequence DESC LIMIT ?2"));
   if (!select.ok()) return select.status();
-  select->Bind(1, static_cast<int64_t>(limit));
+  select->BindText(1, older_than).Bind(2, static_cast<int64_t>(limit));
   return ReadAllJobs(*select);
 }
 

@@ -47,8 +47,8 @@ class Catalogue {
   absl::StatusOr<v1::Job> ReadJob(const std::string& id);
   // In the order of AddJob.
   absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
-  // Newest first.
-  absl::StatusOr<std::vector<v1::Job>> ListJobs(int limit);
+  // Newest first; those before the job `older_than`, if it is not empty. NotFound: it is not there any more.
+  absl::StatusOr<std::vector<v1::Job>> ListJobs(int limit, const std::string& older_than = "");
   // Those that are neither queued nor running, oldest first, without the first `skip`.
   absl::StatusOr<std::vector<v1::Job>> EndedJobs(int64_t skip, int limit);
   // With its frames. NotFound: no such job.

@@ -2,14 +2,19 @@
 #pragma once
 
 #include <grpcpp/security/auth_context.h>
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/string_ref.h>
 
+#include <functional>
 #include <map>
 #include <string>
 
 #include "services/access/access_control.h"
 
 namespace weft {
+
+// Of a call that was let in; without a name where it is nobody's (health).
+using FindCaller = std::function<Caller(const grpc::ServerContextBase& context)>;
 
 using CallMetadata = std::multimap<grpc::string_ref, grpc::string_ref>;
 

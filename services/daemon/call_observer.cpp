@@ -67,7 +67,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
  private:
   void Begin() {
     grpc::ServerContextBase& context = *info_->server_context();
-    entry_.set_caller(EscapedText(CallerOf(context, sources_.access)));
+    entry_.set_caller(EscapedText(CallerOf(context, sources_.access).name));
     entry_.set_peer(EscapedText(PeerNameOf(*context.auth_context())));
     connection_ = context.peer();
     sources_.guard.HeardCall(connection_);
@@ -118,10 +118,9 @@ std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> ObserveCa
   return std::make_unique<CallObservers>(sources);
 }
 
-std::string CallerOf(const grpc::ServerContextBase& context, AccessControl& access) {
-  const absl::StatusOr<Caller> caller =
-      access.Identify(CredentialsOf(context.client_metadata(), *context.auth_context()));
-  return caller.ok() ? caller->name : "";
+Caller CallerOf(const grpc::ServerContextBase& context, AccessControl& access) {
+  return access.Identify(CredentialsOf(context.client_metadata(), *context.auth_context()))
+      .value_or(Caller());
 }
 
 }  // namespace weft

@@ -16,7 +16,7 @@ namespace weft {
 std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> ObserveCalls(
     const CallerSources& sources);
 
-// Of a call that was let in, as the audit log names it; empty where it is nobody's (health).
-std::string CallerOf(const grpc::ServerContextBase& context, AccessControl& access);
+// A FindCaller: the caller as the audit log names them.
+Caller CallerOf(const grpc::ServerContextBase& context, AccessControl& access);
 
 }  // namespace weft

@@ -221,6 +221,9 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
   operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
     return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
   };
+  operations.take_exists = [state = options.state_folder](const std::string& id) {
+    return TakeExists(absl::StrCat(state, "/takes/", id)) || TakeExists(absl::StrCat(state, "/trash/", id));
+  };
   operations.resolve = InputsOf(options, policy, parts);
   operations.links = policy.links();
   operations.readable_besides = [policy, state = options.state_folder] {
@@ -318,22 +321,25 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   if (!operations.ok()) return operations.status();
   parts.operation_queue = *std::move(operations);
   parts.take_keeper->Begin();
-  parts.operations = std::make_unique<OperationService>(*parts.operation_queue);
+  const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
+    return CallerOf(context, *parts.access);
+  };
+  parts.operations = std::make_unique<OperationService>(*parts.operation_queue, caller);
   parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
-  parts.sessions =
-      std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library, *policy);
-  parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue);
+  parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library,
+                                                    *policy, caller);
+  parts.takes =
+      std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue, caller);
   if (absl::Status status = daemon->KnowCallers(options); !status.ok()) return status;
-  parts.jobs = std::make_unique<JobService>(JobServiceParts{
-      *parts.queue, *parts.library, *std::move(policy), absl::StrCat(options.state_folder, "/results"),
-      options.load_inputs,
-      [&parts](const grpc::ServerContextBase& context) { return CallerOf(context, *parts.access); }});
+  parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, *std::move(policy),
+                                                            absl::StrCat(options.state_folder, "/results"),
+                                                            options.load_inputs, caller});
   parts.server_info = std::make_unique<ServerService>(
       *parts.queue, *parts.drain, info, [&parts](const v1::RehearseRetentionRequest& request) {
         return parts.retention->Rehearse(request.rules(), request.ahead_days());
       });
   parts.library_service = std::make_unique<LibraryService>(
-      *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
+      *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item, caller);
   daemon->BeginRetention(options);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
+#include "services/callers/fair_share.h"
 #include "services/catalogue/message_text.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/rpc/error_detail.h"
@@ -14,7 +16,7 @@
 namespace weft {
 namespace {
 
-constexpr size_t kMaxUnfinishedJobs = 1000;
+constexpr int64_t kMostUnfinishedJobs = 1000, kReservedJobs = 50;  // in all; of them for operators
 constexpr size_t kMaxWatchers = 4096;
 constexpr size_t kMaxFramesPerUpdate = 1000;
 constexpr std::chrono::seconds kRetryWhereFull{5};
@@ -102,37 +104,31 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   FinishIfDone(live);
 }
 
-absl::Status JobQueue::CheckRoom(const v1::Job& job) const {
+absl::Status JobQueue::CheckRoom(const v1::Job& job, v1::Role role) const {
   if (stopping_) return ShuttingDown();
   if (absl::Status status = options_.admit(); !status.ok()) return status;
-  if (jobs_.size() >= kMaxUnfinishedJobs) {
-    return RetryLater(
-        absl::StatusCode::kResourceExhausted,
-        absl::StrCat(jobs_.size(), " jobs wait already; cancel some or wait until they are done"),
-        kRetryWhereFull);
-  }
-  const auto of_caller = std::count_if(jobs_.begin(), jobs_.end(), [&](const auto& other) {
-    return !other->ended && other->job().submitted_by() == job.submitted_by();
-  });
-  if (of_caller >= options_.max_of_one_caller) {
-    return RetryLater(absl::StatusCode::kResourceExhausted,
-                      absl::StrCat(job.submitted_by(), " has ", of_caller,
-                                   " unfinished jobs, the most of one caller; cancel some or wait"),
-                      kRetryWhereFull);
-  }
+  FairShare share(
+      {.all = kMostUnfinishedJobs, .of_one_caller = options_.max_of_one_caller, .reserve = kReservedJobs},
+      "unfinished jobs");
   for (const auto& other : jobs_) {
-    if (other->ended || other->job().spec().out() != job.spec().out()) continue;
-    return FieldError(
-        absl::StatusCode::kFailedPrecondition,
-        {"spec.out", absl::StrCat(job.spec().out(), " is where job ", other->job().id(), " writes"),
-         "wait until it has ended, or cancel it"});
+    if (!other->ended) share.Take(other->caller());
+  }
+  if (absl::Status status = share.Check({job.submitted_by(), role}); !status.ok()) return status;
+  for (const auto& other : jobs_) {
+    const std::string& out = other->job().spec().out();
+    const bool is_theirs = !IsSameAccount(other->caller(), job.submitted_by()) &&
+                           absl::StartsWith(job.spec().out(), absl::StrCat(out, "/"));
+    if (other->ended || (out != job.spec().out() && !is_theirs)) continue;
+    return FieldError(absl::StatusCode::kFailedPrecondition,
+                      {"spec.out", absl::StrCat(out, " is where job ", other->job().id(), " writes"),
+                       "wait until it has ended, or cancel it"});
   }
   return absl::OkStatus();
 }
 
-absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames) {
+absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames, v1::Role role) {
   Lock lock(mutex_);
-  if (absl::Status status = CheckRoom(job); !status.ok()) return status;
+  if (absl::Status status = CheckRoom(job, role); !status.ok()) return status;
   for (const std::string& frame : frames) {
     if (IsUtf8(frame)) continue;
     return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
@@ -186,9 +182,9 @@ absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& j
   return catalogue_->ReadFrames(job_id);
 }
 
-absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit) {
+absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit, const std::string& older_than) {
   const Lock lock(mutex_);
-  absl::StatusOr<std::vector<v1::Job>> jobs = catalogue_->ListJobs(limit);
+  absl::StatusOr<std::vector<v1::Job>> jobs = catalogue_->ListJobs(limit, older_than);
   if (!jobs.ok()) return jobs;
   for (v1::Job& job : *jobs) {
     if (const auto live = FindLive(job.id())) job = live->life.Describe();
@@ -258,14 +254,14 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
   return live->life.Describe();
 }
 
-absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id) {
+absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id, v1::Role role) {
   Lock lock(mutex_);
   if (const auto live = FindLive(job_id); live && !live->ended) return live->life.Describe();
   absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
   if (!job.ok()) return job;
   absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
   if (!frames.ok()) return frames.status();
-  if (absl::Status status = CheckRoom(*job); !status.ok()) return status;
+  if (absl::Status status = CheckRoom(*job, role); !status.ok()) return status;
   JobLife life(*job, *std::move(frames));
   if (!life.Retry()) return job;
   const auto again = std::make_shared<LiveJob>(std::move(life));

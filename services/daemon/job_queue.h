@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,6 +19,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/take/take_progress.h"
+#include "services/access/call_limits.h"
+#include "services/callers/turns.h"
 #include "services/catalogue/catalogue.h"
 #include "services/daemon/published_jobs.h"
 #include "services/executor/executor.h"
@@ -39,7 +42,7 @@ struct JobQueueOptions {
   // False while the take in this folder waits for its recovery; jobs that follow it wait, too.
   std::function<bool(const std::string& dump)> is_settled = [](const std::string&) { return true; };
   JobEndings endings;
-  int max_of_one_caller = 500;  // unfinished jobs
+  int max_of_one_caller = CallerLimits().jobs;  // unfinished
   // Asked before new work is taken; its errors refuse it.
   std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
   // Where the results of jobs lie that named no folder: <results_folder>/<job id>.
@@ -51,11 +54,11 @@ struct JobQueueOptions {
   std::function<absl::Status(const v1::Job& job)> on_end = [](const v1::Job&) { return absl::OkStatus(); };
 };
 
-// The oldest job of the highest priority has the first claim on the workers; the next begins when all its
-// frames are taken. Tasks that run are not interrupted. A
-// frame whose worker ends abnormally is tried again, kMaxAttempts times in all. The daemon's own end and
-// full disks count against no frame and no job: failed operations are repeated until they succeed. Thread
-// safety: any thread may call any function.
+// Of the jobs of the highest class of priorities (owners.h), callers take turns (turns.h), each with its job
+// of the highest priority, and of those the oldest. Tasks that run are not interrupted. A frame whose worker
+// ends abnormally is tried again, kMaxAttempts times in all. The daemon's own end and full disks count
+// against no frame and no job: failed operations are repeated until they succeed. Thread safety: any thread
+// may call any function.
 class JobQueue {
  public:
   // Takes up the catalogue's unfinished jobs where they stopped. Errors of the catalogue.
@@ -65,9 +68,9 @@ class JobQueue {
   ~JobQueue();
 
   // Queues a job whose id, spec and inputs are set. AlreadyExists: a job of this id. FailedPrecondition:
-  // another unfinished job writes to the same folder. ResourceExhausted: too many jobs wait. Unavailable: the
-  // daemon is shutting down, or draining.
-  absl::Status Submit(v1::Job job, const std::vector<std::string>& frames);
+  // another unfinished job writes to the same folder. ResourceExhausted: too many jobs wait, by the share of
+  // who submitted it, who has this role. Unavailable: the daemon is shutting down, or draining.
+  absl::Status Submit(v1::Job job, const std::vector<std::string>& frames, v1::Role role);
 
   // NotFound: no such job.
   absl::StatusOr<v1::Job> Get(const std::string& job_id);
@@ -76,11 +79,11 @@ class JobQueue {
   absl::StatusOr<v1::Job> Cancel(const std::string& job_id);
   // Queues an ended job once more, for its failed and cancelled frames. One without such frames, or one that
   // has not ended, stays as it is. Errors of Submit.
-  absl::StatusOr<v1::Job> Retry(const std::string& job_id);
+  absl::StatusOr<v1::Job> Retry(const std::string& job_id, v1::Role role);
   // The job's place in the queue from now on. One that has ended stays as it is.
   absl::StatusOr<v1::Job> SetPriority(const std::string& job_id, int priority);
-  // Newest first.
-  absl::StatusOr<std::vector<v1::Job>> List(int limit);
+  // Newest first; those before the job `older_than`, if it is not empty. NotFound: it is not there any more.
+  absl::StatusOr<std::vector<v1::Job>> List(int limit, const std::string& older_than = "");
   // Those that have not ended, in no order.
   std::vector<v1::Job> Unfinished();
   // The newest unfinished one that follows the take in this folder.
@@ -152,12 +155,13 @@ class JobQueue {
   void WorkInBackground();  // the loop of background_
 
   // The functions below need the lock.
-  absl::Status CheckRoom(const v1::Job& job) const;  // errors of Submit
+  absl::Status CheckRoom(const v1::Job& job, v1::Role role) const;  // errors of Submit
   void Enqueue(const std::shared_ptr<LiveJob>& job);
   std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
   // Tasks (job_queue_tasks.cpp).
   void Schedule();
   bool MayBeginTask(const LiveJob& job) const;
+  std::shared_ptr<LiveJob> NextJob(const std::set<std::string>& passed_over);
   bool StartTask(const std::shared_ptr<LiveJob>& job);
   TaskListener ListenerOf(const std::string& task_id);
   std::optional<TaskListener> TakeUpTask(const v1::Task& task);
@@ -209,6 +213,7 @@ class JobQueue {
   // Unfinished ones by priority and age, and ended ones that are watched.
   std::list<std::shared_ptr<LiveJob>> jobs_;
   std::map<std::string, std::unique_ptr<RunningTask>> tasks_;
+  Turns turns_;  // at the workers
   std::map<int64_t, std::unique_ptr<Watcher>> watchers_;
   int64_t next_watcher_ = 1;
   int64_t next_task_ = 1;

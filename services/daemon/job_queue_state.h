@@ -22,6 +22,7 @@ struct JobQueue::LiveJob {
         folder(life.job().spec().out(), absl::StrCat("job ", life.job().id(), " of weftd")) {}
 
   const v1::Job& job() const { return life.job(); }
+  const std::string& caller() const { return life.job().submitted_by(); }
   const std::vector<v1::FrameInfo>& infos() const { return life.frames().infos(); }
 
   JobLife life;
@@ -52,6 +53,7 @@ struct JobQueue::RunningTask {
   std::vector<size_t> positions;
   std::optional<v1::TaskError> error;
   std::optional<v1::WorkerUsage> usage;
+  std::chrono::steady_clock::time_point handed_out = std::chrono::steady_clock::now();
   bool began = false;
   bool is_taken_up = false;  // it tells again what it told the daemon before this one
 };

@@ -11,6 +11,7 @@
 #include "services/daemon/job_queue_state.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/stage_keys.h"
+#include "services/process/no_threads.h"
 
 namespace weft {
 namespace {
@@ -36,31 +37,18 @@ bool IsFullDisk(const v1::TaskError& error) {
           absl::StrContains(error.message(), "(ulimit -f)"));
 }
 
+// A moment without threads or processes, as the worker told it or as its end did.
+bool LacksThreads(const std::optional<v1::TaskError>& error, const TaskEnd& end) {
+  if (error) return error->code() == "RESOURCE_EXHAUSTED" && TellsLackOfThreads(error->message());
+  return !end.clean && TellsLackOfThreads(end.reason);
+}
+
 bool IsResult(v1::FrameState state) {
   return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
          state == v1::FRAME_STATE_FAILED;
 }
 
 }  // namespace
-
-void JobQueue::Schedule() {
-  if (!BeginsTasks()) return;
-  for (const auto& job : jobs_) {
-    if (job->ended || job->life.ends_early() || job->checking || job->start_again) continue;
-    if (job->life.following() && !job->take_settled) continue;
-    if (job->life.frames().HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
-        !HoldsFolder(job))
-      continue;
-    while (!job->start_again && job->life.frames().HasWaiting() && MayBeginTask(*job)) {
-      if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
-    }
-  }
-}
-
-// Driven frames follow each other, so that one worker at a time has them.
-bool JobQueue::MayBeginTask(const LiveJob& job) const {
-  return !job.job().spec().has_driving() || !HasTasks(job);
-}
 
 bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   auto running = std::make_unique<RunningTask>();
@@ -91,6 +79,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   }
   spdlog::debug("task {}: {} frames from {}", id, running->positions.size(), task.frames(0));
   tasks_[id] = std::move(running);
+  turns_.Begin(job->caller());
   job->life.SetTaskLogs(executor_->LogFolder(job->job().id()));
   if (job->life.Start()) RememberJob(*job);
   return true;
@@ -121,6 +110,7 @@ std::optional<TaskListener> JobQueue::TakeUpTask(const v1::Task& task) {
   for (const size_t position : running->positions) job->life.frames().Take(position);
   spdlog::info("task {} runs on: {} frames", task.id(), running->positions.size());
   tasks_[task.id()] = std::move(running);
+  turns_.Begin(job->caller());
   job->life.SetTaskLogs(executor_->LogFolder(task.job_id()));
   if (job->life.Start()) RememberJob(*job);
   return ListenerOf(task.id());
@@ -187,6 +177,8 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
   if (found == tasks_.end()) return;
   const std::unique_ptr<RunningTask> task = std::move(found->second);
   tasks_.erase(found);
+  const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - task->handed_out;
+  turns_.End(task->job->caller(), lasted.count());
   task->job->life.CountTask(end.lost, end.queued_s);
   if (task->usage) task->job->life.AddUsage(*task->usage);
   ++task->job->version;
@@ -202,7 +194,8 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   LiveJob& job = *task.job;
   std::erase_if(task.positions, [&job](size_t position) { return job.life.frames().DealtWith(position); });
   // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
-  const bool no_room = end.refused || (task.error && IsFullDisk(*task.error));
+  const bool no_room =
+      end.refused || (task.error && IsFullDisk(*task.error)) || LacksThreads(task.error, end);
   const bool given_up = task.error && task.error->code() != "CANCELLED" && !no_room;
   if (given_up && !stopping_) EndEarly(task.job, v1::JOB_STATE_FAILED, task.error->message());
   if (job.life.ends_early()) {
@@ -216,7 +209,7 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   } else if (no_room) {
     for (const size_t position : task.positions)
       job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
-    WaitForRoom(job, end.refused ? end.reason : task.error->message());
+    WaitForRoom(job, task.error ? task.error->message() : end.reason);
   } else if (end.lost) {
     for (const size_t position : task.positions)
       job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);

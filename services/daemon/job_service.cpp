@@ -3,20 +3,50 @@
 #include <algorithm>
 #include <functional>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
+#include "services/callers/owners.h"
 #include "services/daemon/answer.h"
 #include "services/daemon/request_check.h"
+#include "services/daemon/result_owner.h"
 #include "services/daemon/results.h"
 #include "services/daemon/watch_reactor.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/page.h"
 
 namespace weft {
 
-absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& request) {
+namespace {
+
+// A page is named by the position of its first frame, since frames are only added at the end.
+absl::Status FillPage(const v1::ListFramesRequest& request, const std::vector<v1::FrameInfo>& frames,
+                      v1::ListFramesResponse& response) {
+  const absl::StatusOr<int> limit = LimitOrAll(request.limit());
+  if (!limit.ok()) return limit.status();
+  size_t first = 0;
+  if (!request.page_token().empty() && !absl::SimpleAtoi(request.page_token(), &first)) {
+    return FieldError(absl::StatusCode::kInvalidArgument,
+                      {"page_token", "is none", "give next_page_token of the page before"});
+  }
+  Page page(static_cast<size_t>(*limit));
+  for (size_t i = first; i < frames.size(); ++i) {
+    if (!page.Add(frames[i].ByteSizeLong())) {
+      response.set_next_page_token(absl::StrCat(i));
+      break;
+    }
+    *response.add_frames() = frames[i];
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& request, const Caller& caller) {
   const std::string& key = request.idempotency_key();
   if (key.empty()) return absl::NotFoundError("no key");
   absl::StatusOr<v1::Job> job = queue_.Get(key);
+  if (job.ok() && !IsSameAccount(job->submitted_by(), caller.name)) return KeyOfSomebodyElse();
   if (!job.ok() || job->request_hash() == HashOfRequest(request)) return job;
   return FieldError(
       absl::StatusCode::kAlreadyExists,
@@ -24,17 +54,24 @@ absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& re
        "choose a new key"});
 }
 
-absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, const std::string& caller) {
+absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, const Caller& caller) {
   // A repeated request waits here until the first one is queued.
   const auto lock = submitting_.Lock(request.idempotency_key());
-  absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
+  absl::StatusOr<v1::Job> submitted = FindSubmitted(request, caller);
   if (!absl::IsNotFound(submitted.status())) return submitted;
   absl::StatusOr<PreparedJob> prepared =
       PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder, known_}, parts_.load);
   if (!prepared.ok()) return prepared.status();
-  prepared->job.set_submitted_by(caller);
-  const std::string id = prepared->job.id();
-  if (absl::Status status = queue_.Submit(std::move(prepared->job), prepared->frames); !status.ok()) {
+  v1::Job& job = prepared->job;
+  job.set_submitted_by(caller.name);
+  if (absl::Status status = CheckResultOwner(job, prepared->frames, caller); !status.ok()) return status;
+  if (const int priority = PriorityFor(caller, job.priority()); priority != job.priority()) {
+    job.add_warnings(absl::StrCat("priority ", job.priority(), " became ", priority,
+                                  ": higher ones are for operators, who may raise it"));
+    job.set_priority(priority);
+  }
+  const std::string id = job.id();
+  if (absl::Status status = queue_.Submit(std::move(job), prepared->frames, caller.role); !status.ok()) {
     return status;
   }
   return queue_.Get(id);
@@ -57,9 +94,23 @@ grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsReques
   return Answer("ListJobs", [&]() -> absl::Status {
     const absl::StatusOr<int> limit = LimitOf(request->limit());
     if (!limit.ok()) return limit.status();
-    const absl::StatusOr<std::vector<v1::Job>> jobs = queue_.List(*limit);
+    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
+    // One more tells whether there is a next page.
+    absl::StatusOr<std::vector<v1::Job>> jobs = queue_.List(*limit + 1, request->page_token());
+    if (absl::IsNotFound(jobs.status())) {
+      return FieldError(absl::StatusCode::kInvalidArgument,
+                        {"page_token", "names a job that is gone", "begin with the first page"});
+    }
     if (!jobs.ok()) return jobs.status();
-    response->mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    Page page(static_cast<size_t>(*limit));
+    for (v1::Job& job : *jobs) {
+      if (!page.Add(job.ByteSizeLong())) {
+        response->set_next_page_token(response->jobs().rbegin()->id());
+        break;
+      }
+      *response->add_jobs() = std::move(job);
+    }
+    if (!request->page_token().empty()) return absl::OkStatus();
     for (const std::string& warning : queue_.Warnings()) response->add_warnings(EscapedText(warning));
     return absl::OkStatus();
   });
@@ -70,25 +121,51 @@ grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServ
   return weft::WatchJob(context, queue_, request->job_id());
 }
 
-grpc::Status JobService::CancelJob(grpc::ServerContext*, const v1::CancelJobRequest* request, v1::Job* job) {
+absl::Status JobService::CheckOwns(const std::string& job_id, const Caller& caller) {
+  if (absl::Status status = CheckJobId(job_id); !status.ok()) return status;
+  const absl::StatusOr<v1::Job> job = queue_.Get(job_id);
+  if (!job.ok()) return job.status();
+  return CheckMayChange(caller, "job_id", absl::StrCat("job ", job_id), job->submitted_by());
+}
+
+absl::StatusOr<v1::Job> JobService::Retry(const std::string& job_id, const Caller& caller) {
+  if (absl::Status status = CheckOwns(job_id, caller); !status.ok()) return status;
+  const absl::StatusOr<v1::Job> job = queue_.Get(job_id);
+  if (!job.ok()) return job;
+  const absl::StatusOr<std::vector<v1::FrameInfo>> infos = queue_.Frames(job_id);
+  if (!infos.ok()) return infos.status();
+  std::vector<std::string> frames;
+  for (const v1::FrameInfo& info : *infos) frames.push_back(info.frame());
+  // Somebody else may have written there since.
+  if (absl::Status status = CheckResultOwner(*job, frames, caller); !status.ok()) return status;
+  return queue_.Retry(job_id, caller.role);
+}
+
+grpc::Status JobService::CancelJob(grpc::ServerContext* context, const v1::CancelJobRequest* request,
+                                   v1::Job* job) {
   return Answer("CancelJob", [&]() -> absl::Status {
-    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    if (absl::Status status = CheckOwns(request->job_id(), parts_.caller(*context)); !status.ok())
+      return status;
     return Assign(queue_.Cancel(request->job_id()), job);
   });
 }
 
-grpc::Status JobService::RetryJob(grpc::ServerContext*, const v1::RetryJobRequest* request, v1::Job* job) {
-  return Answer("RetryJob", [&]() -> absl::Status {
-    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
-    return Assign(queue_.Retry(request->job_id()), job);
-  });
+grpc::Status JobService::RetryJob(grpc::ServerContext* context, const v1::RetryJobRequest* request,
+                                  v1::Job* job) {
+  return Answer("RetryJob", [&] { return Assign(Retry(request->job_id(), parts_.caller(*context)), job); });
 }
 
-grpc::Status JobService::SetJobPriority(grpc::ServerContext*, const v1::SetJobPriorityRequest* request,
-                                        v1::Job* job) {
+grpc::Status JobService::SetJobPriority(grpc::ServerContext* context,
+                                        const v1::SetJobPriorityRequest* request, v1::Job* job) {
   return Answer("SetJobPriority", [&]() -> absl::Status {
-    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    const Caller caller = parts_.caller(*context);
+    if (absl::Status status = CheckOwns(request->job_id(), caller); !status.ok()) return status;
     if (absl::Status status = CheckPriority(request->priority()); !status.ok()) return status;
+    if (PriorityFor(caller, request->priority()) != request->priority()) {
+      return FieldError(absl::StatusCode::kPermissionDenied,
+                        {"priority", absl::StrCat(request->priority(), " is for operators"),
+                         absl::StrCat("give at most ", kMostPriorityOfClients, ", or ask an operator")});
+    }
     return Assign(queue_.SetPriority(request->job_id(), request->priority()), job);
   });
 }
@@ -99,8 +176,7 @@ grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRe
     if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
     const absl::StatusOr<std::vector<v1::FrameInfo>> frames = queue_.Frames(request->job_id());
     if (!frames.ok()) return frames.status();
-    response->mutable_frames()->Assign(frames->begin(), frames->end());
-    return absl::OkStatus();
+    return FillPage(*request, *frames, *response);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "services/daemon/call_identity.h"
 #include "services/daemon/file_stream.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/known_inputs.h"
@@ -15,16 +16,13 @@
 
 namespace weft {
 
-// Who makes a call; empty: nobody knows.
-using CallerName = std::function<std::string(const grpc::ServerContextBase& context)>;
-
 struct JobServiceParts {
   JobQueue& queue;
   Library& library;
   PathPolicy policy;
   std::string results_folder;
   InputsLoader load;
-  CallerName caller;
+  FindCaller caller;
 };
 
 // Errors as jobs.proto says. Thread safety: gRPC calls from many threads.
@@ -53,10 +51,13 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
                                                        const v1::FetchResultRequest* request) override;
 
  private:
-  absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request, const std::string& caller);
+  absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request, const Caller& caller);
   // The job of an earlier request with the same idempotency key. NotFound: there is none. AlreadyExists: that
-  // request asked for something else.
-  absl::StatusOr<v1::Job> FindSubmitted(const v1::SubmitJobRequest& request);
+  // request asked for something else, or somebody else made it.
+  absl::StatusOr<v1::Job> FindSubmitted(const v1::SubmitJobRequest& request, const Caller& caller);
+  // Whether the caller may change this job. NotFound; PermissionDenied.
+  absl::Status CheckOwns(const std::string& job_id, const Caller& caller);
+  absl::StatusOr<v1::Job> Retry(const std::string& job_id, const Caller& caller);
   absl::StatusOr<FilePieces> OpenResult(const v1::FetchResultRequest& request);
 
   const JobServiceParts parts_;

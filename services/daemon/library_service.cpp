@@ -1,5 +1,6 @@
 #include "services/daemon/library_service.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -7,20 +8,37 @@
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/answer.h"
+#include "services/daemon/request_check.h"
 #include "services/library/item_path.h"
 #include "services/library/manifest.h"
-#include "services/rpc/retry_after.h"
+#include "services/rpc/page.h"
 
 namespace weft {
+
+namespace {
+
+void AddDamaged(const std::vector<std::string>& damaged, v1::ListItemsResponse& response) {
+  constexpr size_t kMost = 1000;
+  const size_t told = std::min(damaged.size(), kMost);
+  response.mutable_damaged()->Assign(damaged.begin(), damaged.begin() + static_cast<std::ptrdiff_t>(told));
+  if (told < damaged.size()) response.add_damaged(absl::StrCat("and ", damaged.size() - told, " more"));
+}
+
+}  // namespace
 
 absl::Status LibraryService::Receive(
     grpc::ServerContext* context,
     const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive) {
-  if (!upload_calls_.try_acquire()) {
-    constexpr std::chrono::seconds kRetryWhereFull{1};
-    return RetryLater(absl::StatusCode::kUnavailable, "too many uploads run", kRetryWhereFull);
+  const Caller caller = caller_(*context);
+  {
+    const std::lock_guard lock(counting_);
+    if (absl::Status status = upload_calls_.Check(caller); !status.ok()) return status;
+    upload_calls_.Take(caller.name);
   }
-  const absl::Cleanup release = [this] { upload_calls_.release(); };
+  const absl::Cleanup release = [this, &caller] {
+    const std::lock_guard lock(counting_);
+    upload_calls_.Give(caller.name);
+  };
   std::optional<StallWatch> stalls(context);
   return receive(stalls);
 }
@@ -43,7 +61,7 @@ grpc::Status LibraryService::BeginUpload(grpc::ServerContext* context,
         request.mutable_manifest()->MergeFrom(more.manifest());
       }
       stalls.reset();
-      return Assign(uploads_.Begin(request), response);
+      return Assign(uploads_.Begin(request, caller_(*context)), response);
     });
   });
 }
@@ -53,7 +71,7 @@ grpc::Status LibraryService::WriteFile(grpc::ServerContext* context,
                                        v1::WriteFileResponse* response) {
   return Answer("WriteFile", [&] {
     return Receive(context, [&](std::optional<StallWatch>& stalls) -> absl::Status {
-      UploadWriter writer(uploads_);
+      UploadWriter writer(uploads_, caller_(*context));
       for (v1::WriteFileRequest piece; reader->Read(&piece);) {
         stalls->Moved();
         if (absl::Status status = writer.Add(piece); !status.ok()) return status;
@@ -66,10 +84,10 @@ grpc::Status LibraryService::WriteFile(grpc::ServerContext* context,
   });
 }
 
-grpc::Status LibraryService::FinishUpload(grpc::ServerContext*, const v1::FinishUploadRequest* request,
-                                          v1::LibraryItem* item) {
+grpc::Status LibraryService::FinishUpload(grpc::ServerContext* context,
+                                          const v1::FinishUploadRequest* request, v1::LibraryItem* item) {
   return Answer("FinishUpload", [&] {
-    const absl::Status status = Assign(uploads_.Finish(request->upload_id()), item);
+    const absl::Status status = Assign(uploads_.Finish(request->upload_id(), caller_(*context)), item);
     item->clear_manifest();
     return status;
   });
@@ -78,10 +96,21 @@ grpc::Status LibraryService::FinishUpload(grpc::ServerContext*, const v1::Finish
 grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItemsRequest* request,
                                        v1::ListItemsResponse* response) {
   return Answer("ListItems", [&]() -> absl::Status {
-    const absl::StatusOr<Library::Listing> listing = library_.List(request->kind());
+    const absl::StatusOr<int> limit = LimitOrAll(request->limit());
+    if (!limit.ok()) return limit.status();
+    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
+    absl::StatusOr<Library::Listing> listing = library_.List(request->kind());
     if (!listing.ok()) return listing.status();
-    response->mutable_items()->Assign(listing->items.begin(), listing->items.end());
-    response->mutable_damaged()->Assign(listing->damaged.begin(), listing->damaged.end());
+    Page page(static_cast<size_t>(*limit));
+    for (v1::LibraryItem& item : listing->items) {
+      if (!request->page_token().empty() && PlaceInList(item) <= request->page_token()) continue;
+      if (!page.Add(item.ByteSizeLong())) {
+        response->set_next_page_token(PlaceInList(*response->items().rbegin()));
+        break;
+      }
+      *response->add_items() = std::move(item);
+    }
+    if (request->page_token().empty()) AddDamaged(listing->damaged, *response);
     return absl::OkStatus();
   });
 }

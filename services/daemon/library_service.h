@@ -3,10 +3,12 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
-#include <semaphore>
 #include <string>
 
+#include "services/callers/fair_share.h"
+#include "services/daemon/call_identity.h"
 #include "services/daemon/file_stream.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/operation_queue.h"
@@ -21,11 +23,12 @@ class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1
  public:
   // Queues and library must outlive the service.
   LibraryService(JobQueue& queue, OperationQueue& operations, Library& library,
-                 const std::string& state_folder, ItemCheck check)
+                 const std::string& state_folder, ItemCheck check, FindCaller caller)
       : queue_(queue),
         operations_(operations),
         library_(library),
-        uploads_(library, state_folder, std::move(check)) {}
+        uploads_(library, state_folder, std::move(check)),
+        caller_(std::move(caller)) {}
 
   Uploads& uploads() { return uploads_; }
 
@@ -46,9 +49,9 @@ class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1
 
  private:
   // Each has a thread. So many leave enough for the calls that take none for long.
-  static constexpr int kMaxUploadCalls = 24;
+  static constexpr ShareLimits kUploadCalls{.all = 32, .of_one_caller = 8, .reserve = 4};
 
-  // Unavailable, which clients repeat: too many run. `receive` reads from the client, tells of each
+  // ResourceExhausted: too many run. `receive` reads from the client, tells of each
   // message, and ends the watch before it works for long.
   absl::Status Receive(grpc::ServerContext* context,
                        const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive);
@@ -59,7 +62,9 @@ class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1
   OperationQueue& operations_;
   Library& library_;
   Uploads uploads_;
-  std::counting_semaphore<kMaxUploadCalls> upload_calls_{kMaxUploadCalls};
+  const FindCaller caller_;
+  std::mutex counting_;
+  FairShare upload_calls_{kUploadCalls, "uploads open"};
 };
 
 }  // namespace weft

@@ -13,31 +13,28 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
-#include "base/timed_id.h"
 #include "capture/file/plain_text.h"
-#include "services/daemon/request_check.h"
+#include "services/daemon/operation_file.h"
 #include "services/executor/child_process.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
-#include "services/rpc/error_detail.h"
+#include "services/process/no_threads.h"
 #include "services/rpc/operation_kinds.h"
-#include "services/rpc/retry_after.h"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostWaiting = 1000;
 constexpr size_t kMostOutputBytes = size_t{1} << 20;
 constexpr int kMostNotes = 100;
+constexpr size_t kLongestNote_bytes = 8192;
 constexpr int kMostCrashes = 2;
-
-std::string OperationFile(const std::string& folder) { return folder + "/operation.json"; }
 
 // "weft: progress: STEP: DONE of TOTAL", as main.cpp of `weft` prints it for a program that watches.
 bool IsProgress(absl::string_view line, std::string& step, double& share) {
@@ -106,100 +103,15 @@ void OperationQueue::Load() {
       spdlog::warn("{}", warnings_.back());
       continue;
     }
-    if (!HasEnded(entry.operation)) {
+    if (HasEnded(entry.operation)) {
+      Shorten(entry);
+    } else {
       entry.operation.set_state(v1::JOB_STATE_QUEUED);
       auto resolved = ArgumentsOf(entry.operation.spec(), options_.resolve);
       if (resolved.ok()) entry.inputs = *std::move(resolved);  // else its run says what is missing
     }
     entries_[folder.path().filename()] = std::move(entry);
   }
-}
-
-absl::Status OperationQueue::Write(const v1::Operation& operation) const {
-  return WriteJsonFile(OperationFile(FolderOf(operation.id())), operation);
-}
-
-absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequest& request) {
-  if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
-  if (absl::Status status = CheckOperationSpec(request.spec()); !status.ok()) return status;
-  absl::StatusOr<std::vector<std::string>> resolved = ArgumentsOf(request.spec(), options_.resolve);
-  if (!resolved.ok()) return resolved.status();
-  const Lock lock(mutex_);
-  const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
-  if (const auto known = entries_.find(id); known != entries_.end()) {
-    if (known->second.operation.spec().SerializeAsString() == request.spec().SerializeAsString()) {
-      return known->second.operation;
-    }
-    return FieldError(absl::StatusCode::kAlreadyExists,
-                      {"idempotency_key", absl::StrCat("operation ", id, " was started with another request"),
-                       "choose a new key"});
-  }
-  if (absl::Status status = options_.admit(); !status.ok()) return status;
-  const auto waiting = std::count_if(entries_.begin(), entries_.end(),
-                                     [](const auto& entry) { return !HasEnded(entry.second.operation); });
-  if (static_cast<size_t>(waiting) >= kMostWaiting) {
-    constexpr std::chrono::seconds kRetryWhereFull{5};
-    return RetryLater(absl::StatusCode::kResourceExhausted, absl::StrCat(waiting, " operations wait"),
-                      kRetryWhereFull);
-  }
-  Entry entry;
-  entry.inputs = *std::move(resolved);
-  entry.operation.set_id(id);
-  *entry.operation.mutable_spec() = request.spec();
-  entry.operation.set_state(v1::JOB_STATE_QUEUED);
-  entry.operation.set_created_unix_ns(HostTime_ns());
-  absl::Status kept = CreateFolders(FolderOf(id));
-  if (kept.ok()) kept = Write(entry.operation);
-  if (!kept.ok()) {
-    std::error_code error;
-    fs::remove_all(FolderOf(id), error);
-    return kept;
-  }
-  const v1::Operation started = entry.operation;
-  entries_[id] = std::move(entry);
-  changed_.notify_all();
-  return started;
-}
-
-absl::StatusOr<v1::Operation> OperationQueue::Get(const std::string& id) {
-  const Lock lock(mutex_);
-  const auto found = entries_.find(id);
-  if (found != entries_.end()) return found->second.operation;
-  return FieldError(absl::StatusCode::kNotFound,
-                    {"operation_id", absl::StrCat("no operation \"", EscapedText(id), "\""),
-                     "`weft operation list` shows them"});
-}
-
-v1::ListOperationsResponse OperationQueue::List(size_t limit) {
-  const Lock lock(mutex_);
-  v1::ListOperationsResponse response;
-  response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
-  for (auto it = entries_.rbegin(); it != entries_.rend(); ++it) {
-    if (static_cast<size_t>(response.operations_size()) == limit) break;
-    *response.add_operations() = it->second.operation;
-    response.mutable_operations(response.operations_size() - 1)->clear_output();
-  }
-  return response;
-}
-
-absl::StatusOr<v1::Operation> OperationQueue::Cancel(const std::string& id) {
-  {
-    const Lock lock(mutex_);
-    const auto found = entries_.find(id);
-    if (found != entries_.end() && !HasEnded(found->second.operation)) {
-      Entry& entry = found->second;
-      if (entry.operation.state() == v1::JOB_STATE_QUEUED) {
-        v1::Operation cancelled = entry.operation;
-        cancelled.set_state(v1::JOB_STATE_CANCELLED);
-        cancelled.set_finished_unix_ns(HostTime_ns());
-        if (absl::Status status = Write(cancelled); !status.ok()) return status;
-        entry.operation = std::move(cancelled);
-      }
-      entry.cancelled = true;
-      changed_.notify_all();
-    }
-  }
-  return Get(id);
 }
 
 bool OperationQueue::IsCancelled(const std::string& id) {
@@ -209,10 +121,13 @@ bool OperationQueue::IsCancelled(const std::string& id) {
 }
 
 OperationQueue::Entry* OperationQueue::Next() {
-  for (auto& [id, entry] : entries_) {
-    if (entry.operation.state() == v1::JOB_STATE_QUEUED) return &entry;
+  std::vector<std::string> ids, callers;
+  for (const Entry* entry : ByAge()) {
+    if (entry->operation.state() != v1::JOB_STATE_QUEUED) continue;
+    ids.push_back(entry->operation.id());
+    callers.push_back(entry->operation.started_by());
   }
-  return nullptr;
+  return ids.empty() ? nullptr : &entries_.at(ids[turns_.Next(callers)]);
 }
 
 void OperationQueue::Work(const std::stop_token& stop) {
@@ -230,15 +145,21 @@ void OperationQueue::Work(const std::stop_token& stop) {
     if (stop.stop_requested()) return;
     const v1::Operation operation = entries_.at(id).operation;
     spdlog::info("operation {}: {}", id, operation.spec().command());
+    turns_.Begin(operation.started_by());
     lock.unlock();
+    const auto began = std::chrono::steady_clock::now();
     const Outcome outcome = Run(operation, stop);
     lock.lock();
+    turns_.End(operation.started_by(),
+               std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
     if (outcome.stopped) return;
     Conclude(entries_.at(id), outcome);
     if (outcome.refused) {
       changed_.wait_for(lock, stop, std::chrono::seconds(2), [] { return false; });
     } else {
       WriteUntilItSucceeds(lock, id, stop);
+      // What the disk did not get, it still is to.
+      if (!stop.stop_requested() && HasEnded(entries_.at(id).operation)) Shorten(entries_.at(id));
     }
   }
 }
@@ -306,10 +227,10 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
       if (IsProgress(line, step, share)) {
         if (!step.empty()) NoteProgress(id, step, share);
       } else if (absl::ConsumePrefix(&words_of_line, "weft: error: ")) {
-        outcome.error = std::string(words_of_line);
+        outcome.error = std::string(words_of_line.substr(0, kLongestNote_bytes));
       } else if (outcome.notes.size() < kMostNotes) {
         absl::ConsumePrefix(&words_of_line, "weft: warning: ");
-        outcome.notes.emplace_back(words_of_line);
+        outcome.notes.emplace_back(words_of_line.substr(0, kLongestNote_bytes));
       }
     }
   };
@@ -328,10 +249,14 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   }
   const int status = child->Reap();
   listen();
+  const bool lacks_threads =
+      TellsLackOfThreads(absl::StrCat(outcome.error, "\n", absl::StrJoin(outcome.notes, "\n")));
   if (WIFEXITED(status))
     outcome.exit_status = WEXITSTATUS(status);
   else
     outcome.error = DescribeExit(status);
+  // It waits until there are some, as for room on the disk.
+  outcome.refused = lacks_threads && outcome.exit_status.value_or(kExitFailed) == kExitFailed;
   return outcome;
 }
 

@@ -12,6 +12,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/caller.h"
+#include "services/callers/turns.h"
 #include "services/confinement/input_links.h"
 #include "services/daemon/file_stream.h"
 #include "services/daemon/operation_command.h"
@@ -33,31 +35,37 @@ struct OperationQueueOptions {
   std::function<absl::Status(const std::string& take_folder, const std::string& id)> adopt_take;
   // Asked before new work is taken; its errors refuse it.
   std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
+  // Whether a take has this id, which no further one may get.
+  std::function<bool(const std::string& id)> take_exists = [](const std::string&) { return false; };
 };
 
 // Neither queued nor running.
 bool HasEnded(const v1::Operation& operation);
 
-// One at a time, by age. A folder per operation has its state and what it writes; each state that was
-// answered is on the disk. One that a daemon left unfinished begins anew. A process that crashes is started
-// twice. Thread safety: any thread may call any function.
+// One at a time: callers take turns (turns.h) with their oldest. A folder per operation has its state and
+// what it writes; each state that was answered is on the disk. One that a daemon left unfinished begins anew.
+// A process that crashes is started twice. Thread safety: any thread may call any function.
 class OperationQueue {
  public:
   // NotFound: the program. Errors of CreateFolders.
   static absl::StatusOr<std::unique_ptr<OperationQueue>> Create(OperationQueueOptions options);
   ~OperationQueue();
 
-  // Errors of CheckOperationSpec and of `resolve`. AlreadyExists: the key stands for another request.
-  // ResourceExhausted: too many wait.
-  absl::StatusOr<v1::Operation> Start(const v1::StartOperationRequest& request);
+  // Errors of CheckOperationSpec and of `resolve`. AlreadyExists: the key stands for another request, or for
+  // one of somebody else. ResourceExhausted: too many wait.
+  absl::StatusOr<v1::Operation> Start(const v1::StartOperationRequest& request, const Caller& caller);
   // NotFound.
   absl::StatusOr<v1::Operation> Get(const std::string& id);
-  v1::ListOperationsResponse List(size_t limit);
-  // Returns at once; its process is stopped.
-  absl::StatusOr<v1::Operation> Cancel(const std::string& id);
+  // Newest first, without inputs, options and output. InvalidArgument: the page token.
+  absl::StatusOr<v1::ListOperationsResponse> List(size_t limit, const std::string& page_token = "");
+  // Returns at once; its process is stopped. PermissionDenied: it is somebody else's.
+  absl::StatusOr<v1::Operation> Cancel(const std::string& id, const Caller& caller);
+  // Removes it with its files. PermissionDenied; FailedPrecondition: it has not ended.
+  absl::StatusOr<v1::Operation> Delete(const std::string& id, const Caller& caller);
   // What it wrote, by path. FailedPrecondition: it is not done.
-  absl::StatusOr<v1::ListOperationFilesResponse> Files(const std::string& id);
-  // Opens one of them. NotFound. FailedPrecondition: it is not done. Otherwise errors of FilePieces::Open.
+  absl::StatusOr<v1::ListOperationFilesResponse> Files(const v1::ListOperationFilesRequest& request);
+  // Opens one of them; the others are not looked at. NotFound. FailedPrecondition: it is not done. Otherwise
+  // errors of FilePieces::Open.
   absl::StatusOr<FilePieces> OpenFile(const std::string& id, const std::string& path,
                                       const StreamStart& start);
   // Whether an unfinished one has this input, or one below it.
@@ -73,12 +81,11 @@ class OperationQueue {
 
  private:
   struct Entry {
-    v1::Operation operation;
+    v1::Operation operation;          // of one that has ended, without what only its file has
     std::vector<std::string> inputs;  // resolved
     bool cancelled = false;
   };
   struct Outcome;
-  absl::StatusOr<v1::Operation> GetDone(const std::string& id);
   using Lock = std::unique_lock<std::mutex>;
 
   explicit OperationQueue(OperationQueueOptions options) : options_(std::move(options)) {}
@@ -86,6 +93,9 @@ class OperationQueue {
   std::string FolderOf(const std::string& id) const { return options_.folder + "/" + id; }
   std::string OutOf(const std::string& id) const { return FolderOf(id) + "/out"; }
   absl::Status Write(const v1::Operation& operation) const;
+  absl::StatusOr<v1::Operation> Read(const std::string& id) const;
+  static absl::Status NoSuchOperation(const std::string& id);
+  absl::Status CheckDone(const std::string& id);  // takes the lock
   void Work(const std::stop_token& stop);
   // Without the lock: the process, until it has ended.
   Outcome Run(const v1::Operation& operation, const std::stop_token& stop);
@@ -95,6 +105,11 @@ class OperationQueue {
   void NoteProgress(const std::string& id, const std::string& step, double share);
 
   // The functions below need the lock.
+  absl::Status CheckRoom(const v1::OperationSpec& spec, const Caller& caller);
+  absl::StatusOr<v1::Operation> Known(const Entry& entry, const v1::OperationSpec& asked,
+                                      const Caller& caller) const;
+  static void Shorten(Entry& entry);        // of one that has ended, and is on the disk
+  std::vector<const Entry*> ByAge() const;  // oldest first; keys may be ids
   Entry* Next();
   void Conclude(Entry& entry, const Outcome& outcome);
   void WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop);
@@ -103,7 +118,8 @@ class OperationQueue {
   const OperationQueueOptions options_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::map<std::string, Entry> entries_;  // by id; ids begin with their time
+  std::map<std::string, Entry> entries_;  // by id
+  Turns turns_;                           // of those that wait
   std::vector<std::string> warnings_;
   std::jthread worker_;
 };

@@ -8,40 +8,60 @@
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/operation_queue.h"
+#include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
+#include "services/rpc/page.h"
 
 namespace weft {
 
 namespace fs = std::filesystem;
 
-absl::StatusOr<v1::Operation> OperationQueue::GetDone(const std::string& id) {
-  absl::StatusOr<v1::Operation> operation = Get(id);
-  if (!operation.ok() || operation->state() == v1::JOB_STATE_DONE) return operation;
+absl::Status OperationQueue::CheckDone(const std::string& id) {
+  {
+    // Without its file, which may be long.
+    const Lock lock(mutex_);
+    const auto found = entries_.find(id);
+    if (found != entries_.end() && found->second.operation.state() == v1::JOB_STATE_DONE)
+      return absl::OkStatus();
+    if (found == entries_.end()) return NoSuchOperation(id);
+  }
   return FieldError(absl::StatusCode::kFailedPrecondition,
                     {"operation_id", absl::StrCat("operation ", id, " is not done"), "wait for it"});
 }
 
-absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(const std::string& id) {
-  if (absl::Status status = GetDone(id).status(); !status.ok()) return status;
-  v1::ListOperationFilesResponse response;
+absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(
+    const v1::ListOperationFilesRequest& request) {
+  if (absl::Status status = CheckPageToken(request.page_token()); !status.ok()) return status;
+  if (absl::Status status = CheckDone(request.operation_id()); !status.ok()) return status;
   std::error_code error;
-  const fs::path out = OutOf(id);
+  const fs::path out = OutOf(request.operation_id());
+  std::vector<v1::OperationFile> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out, error)) {
     if (!entry.is_regular_file(error) || entry.is_symlink(error)) continue;
-    v1::OperationFile& file = *response.add_files();
+    v1::OperationFile file;
     file.set_path(entry.path().lexically_relative(out));
+    if (file.path() <= request.page_token()) continue;
     file.set_bytes(static_cast<int64_t>(entry.file_size(error)));
+    files.push_back(std::move(file));
   }
-  std::sort(response.mutable_files()->begin(), response.mutable_files()->end(),
-            [](const auto& a, const auto& b) { return a.path() < b.path(); });
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.path() < b.path(); });
+  v1::ListOperationFilesResponse response;
+  Page page(static_cast<size_t>(request.limit()));
+  for (v1::OperationFile& file : files) {
+    if (!page.Add(file.ByteSizeLong())) {
+      response.set_next_page_token(response.files().rbegin()->path());
+      break;
+    }
+    *response.add_files() = std::move(file);
+  }
   return response;
 }
 
 absl::StatusOr<FilePieces> OperationQueue::OpenFile(const std::string& id, const std::string& path,
                                                     const StreamStart& start) {
-  if (absl::Status status = GetDone(id).status(); !status.ok()) return status;
+  if (absl::Status status = CheckDone(id); !status.ok()) return status;
   const absl::StatusOr<ConfinedFolder> out = ConfinedFolder::Open(OutOf(id));
   absl::StatusOr<FilePieces> pieces = out.ok() ? FilePieces::Open(*out, path, start) : out.status();
   const bool is_none = absl::IsNotFound(pieces.status()) || absl::IsFailedPrecondition(pieces.status()) ||

@@ -7,9 +7,11 @@
 
 namespace weft {
 
-grpc::Status OperationService::StartOperation(grpc::ServerContext*, const v1::StartOperationRequest* request,
+grpc::Status OperationService::StartOperation(grpc::ServerContext* context,
+                                              const v1::StartOperationRequest* request,
                                               v1::Operation* operation) {
-  return Answer("StartOperation", [&] { return Assign(operations_.Start(*request), operation); });
+  return Answer("StartOperation",
+                [&] { return Assign(operations_.Start(*request, caller_(*context)), operation); });
 }
 
 grpc::Status OperationService::GetOperation(grpc::ServerContext*, const v1::GetOperationRequest* request,
@@ -22,8 +24,7 @@ grpc::Status OperationService::ListOperations(grpc::ServerContext*, const v1::Li
   return Answer("ListOperations", [&]() -> absl::Status {
     const absl::StatusOr<int> limit = LimitOf(request->limit());
     if (!limit.ok()) return limit.status();
-    *response = operations_.List(static_cast<size_t>(*limit));
-    return absl::OkStatus();
+    return Assign(operations_.List(static_cast<size_t>(*limit), request->page_token()), response);
   });
 }
 
@@ -36,18 +37,30 @@ grpc::ServerWriteReactor<v1::Operation>* OperationService::WatchOperation(
   return watcher;
 }
 
-grpc::Status OperationService::CancelOperation(grpc::ServerContext*,
+grpc::Status OperationService::CancelOperation(grpc::ServerContext* context,
                                                const v1::CancelOperationRequest* request,
                                                v1::Operation* operation) {
-  return Answer("CancelOperation",
-                [&] { return Assign(operations_.Cancel(request->operation_id()), operation); });
+  return Answer("CancelOperation", [&] {
+    return Assign(operations_.Cancel(request->operation_id(), caller_(*context)), operation);
+  });
+}
+
+grpc::Status OperationService::DeleteOperation(grpc::ServerContext* context,
+                                               const v1::DeleteOperationRequest* request,
+                                               v1::Operation* operation) {
+  return Answer("DeleteOperation", [&] {
+    return Assign(operations_.Delete(request->operation_id(), caller_(*context)), operation);
+  });
 }
 
 grpc::Status OperationService::ListOperationFiles(grpc::ServerContext*,
                                                   const v1::ListOperationFilesRequest* request,
                                                   v1::ListOperationFilesResponse* response) {
-  return Answer("ListOperationFiles",
-                [&] { return Assign(operations_.Files(request->operation_id()), response); });
+  return Answer("ListOperationFiles", [&]() -> absl::Status {
+    const absl::StatusOr<int> limit = LimitOrAll(request->limit());
+    if (!limit.ok()) return limit.status();
+    return Assign(operations_.Files(*request), response);
+  });
 }
 
 grpc::ServerWriteReactor<v1::FileChunk>* OperationService::FetchOperationFile(

@@ -1,6 +1,7 @@
 // The service Operations.
 #pragma once
 
+#include "services/daemon/call_identity.h"
 #include "services/daemon/operation_queue.h"
 #include "weft/v1/operations.grpc.pb.h"
 
@@ -11,7 +12,8 @@ class OperationService final
     : public v1::Operations::WithCallbackMethod_WatchOperation<
           v1::Operations::WithCallbackMethod_FetchOperationFile<v1::Operations::Service>> {
  public:
-  explicit OperationService(OperationQueue& operations) : operations_(operations) {}
+  OperationService(OperationQueue& operations, FindCaller caller)
+      : operations_(operations), caller_(std::move(caller)) {}
 
   grpc::Status StartOperation(grpc::ServerContext* context, const v1::StartOperationRequest* request,
                               v1::Operation* operation) override;
@@ -23,6 +25,8 @@ class OperationService final
                                                           const v1::WatchOperationRequest* request) override;
   grpc::Status CancelOperation(grpc::ServerContext* context, const v1::CancelOperationRequest* request,
                                v1::Operation* operation) override;
+  grpc::Status DeleteOperation(grpc::ServerContext* context, const v1::DeleteOperationRequest* request,
+                               v1::Operation* operation) override;
   grpc::Status ListOperationFiles(grpc::ServerContext* context, const v1::ListOperationFilesRequest* request,
                                   v1::ListOperationFilesResponse* response) override;
   grpc::ServerWriteReactor<v1::FileChunk>* FetchOperationFile(
@@ -30,6 +34,7 @@ class OperationService final
 
  private:
   OperationQueue& operations_;
+  const FindCaller caller_;
 };
 
 }  // namespace weft

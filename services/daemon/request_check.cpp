@@ -175,6 +175,15 @@ absl::Status CheckRehearsal(const v1::RehearseRetentionRequest& request) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<int> LimitOrAll(int limit) {
+  if (limit < 0) return Invalid("limit", absl::StrCat(limit, " is negative"), "give 0 for all");
+  return limit;
+}
+
+absl::Status CheckPageToken(const std::string& token) {
+  return CheckText("page_token", token, kMaxPathBytes + kMaxNameBytes);
+}
+
 absl::Status CheckOwner(const std::string& owner) { return CheckText("owner", owner, kMaxNameBytes); }
 
 absl::Status CheckKey(const std::string& key) {

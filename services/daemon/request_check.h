@@ -17,6 +17,10 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request);
 
 // Of a list: 0 is 100, and no more than 1000 are given. InvalidArgument: negative.
 absl::StatusOr<int> LimitOf(int limit);
+// Of a list that is given whole where nobody says otherwise: 0 is all of it.
+absl::StatusOr<int> LimitOrAll(int limit);
+// As a page before told it, or empty.
+absl::Status CheckPageToken(const std::string& token);
 // A name that others read. InvalidArgument: too long, control characters.
 absl::Status CheckOwner(const std::string& owner);
 // The same of a text as long as a path may be.

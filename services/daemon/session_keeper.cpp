@@ -15,17 +15,22 @@
 #include "base/host_clock.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
+#include "services/callers/fair_share.h"
+#include "services/callers/owners.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/recording/session_file.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/page.h"
 
 namespace weft {
 namespace {
 
 constexpr double kUsualLease_s = 60, kLeastLease_s = 5, kMostLease_s = 7 * 24 * 3600;
-constexpr size_t kMostOpenSessions = 1000;
+// Operators alone open sessions, so the reserve is for administrators.
+constexpr ShareLimits kOpenSessions{
+    .all = 1000, .of_one_caller = 300, .reserve = 50, .reserved_for = v1::ROLE_ADMIN};
 constexpr size_t kMostEndedSessions = 10'000;  // the oldest are forgotten
 
 // 128 random bits behind the id: to know the id is not to have the session.
@@ -66,6 +71,11 @@ bool AsksForTheSame(const v1::OpenSessionRequest& request, const v1::CaptureSess
   return request.cameras().SerializeAsString() == session.cameras().SerializeAsString() &&
          request.owner() == session.owner() && request.rig() == session.rig() &&
          request.board() == session.board() && request.garment() == session.garment();
+}
+
+// Grows with age.
+std::string PlaceOfSession(const v1::CaptureSession& session) {
+  return absl::StrFormat("%020d-%s", session.opened_unix_ns(), session.id());
 }
 
 std::string WordsOf(const v1::CaptureSession& session) {
@@ -171,13 +181,16 @@ std::vector<SessionKeeper::Entry*> SessionKeeper::OthersWith(const v1::Session& 
   return others;
 }
 
-absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequest& request) {
+absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequest& request,
+                                                       const Caller& caller) {
   if (absl::Status status = CheckOpenRequest(request); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
   EndExpired();
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
   if (const auto known = entries_.find(id); known != entries_.end()) {
+    // What follows has the lease. Ids are known to all, and those of sessions without a key are ids as well.
+    if (!IsSameAccount(known->second.session.opened_by(), caller.name)) return KeyOfSomebodyElse();
     if (!AsksForTheSame(request, known->second.session)) {
       return FieldError(absl::StatusCode::kAlreadyExists,
                         {"idempotency_key", absl::StrCat("session ", id, " was opened with another request"),
@@ -191,12 +204,11 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequ
   if (!others.empty() && !request.take_over()) {
     return CheckCamerasAreFreeLocked("cameras.cameras", request.cameras(), id);
   }
-  const auto open = std::count_if(entries_.begin(), entries_.end(),
-                                  [](const auto& entry) { return IsOpen(entry.second.session); });
-  if (static_cast<size_t>(open) >= kMostOpenSessions) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(open, " sessions are open; close those that nobody uses"));
+  FairShare share(kOpenSessions, "open sessions");
+  for (const auto& [other_id, entry] : entries_) {
+    if (IsOpen(entry.session)) share.Take(entry.session.opened_by());
   }
+  if (absl::Status status = share.Check(caller); !status.ok()) return status;
   Entry entry;
   entry.session.set_id(id);
   *entry.session.mutable_cameras() = request.cameras();
@@ -204,6 +216,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequ
   entry.session.set_board(request.board());
   entry.session.set_garment(request.garment());
   entry.session.set_owner(request.owner());
+  entry.session.set_opened_by(caller.name);
   entry.session.set_lease_s(request.lease_s() == 0 ? kUsualLease_s : request.lease_s());
   entry.session.set_state(v1::CAPTURE_SESSION_STATE_OPEN);
   entry.session.set_opened_unix_ns(HostTime_ns());
@@ -269,14 +282,23 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
       {"session_id", absl::StrCat("no session \"", EscapedText(id), "\""), "`weft session list` shows them"});
 }
 
-v1::ListSessionsResponse SessionKeeper::List(size_t limit) {
+absl::StatusOr<v1::ListSessionsResponse> SessionKeeper::List(size_t limit, const std::string& page_token) {
+  if (absl::Status status = CheckPageToken(page_token); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
   EndExpired();
   v1::ListSessionsResponse response;
-  response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
-  for (auto it = entries_.rbegin(); it != entries_.rend(); ++it) {
-    if (static_cast<size_t>(response.sessions_size()) == limit) break;
-    *response.add_sessions() = Shown(it->second);
+  if (page_token.empty()) response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
+  std::map<std::string, const Entry*> by_age;  // ids may be keys
+  for (const auto& [id, entry] : entries_) by_age[PlaceOfSession(entry.session)] = &entry;
+  Page page(limit);
+  for (auto it = by_age.rbegin(); it != by_age.rend(); ++it) {
+    if (!page_token.empty() && it->first >= page_token) continue;
+    v1::CaptureSession shown = Shown(*it->second);
+    if (!page.Add(shown.ByteSizeLong())) {
+      response.set_next_page_token(PlaceOfSession(*response.sessions().rbegin()));
+      break;
+    }
+    *response.add_sessions() = std::move(shown);
   }
   return response;
 }

@@ -11,6 +11,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/caller.h"
 #include "weft/v1/sessions.pb.h"
 
 namespace weft {
@@ -26,14 +27,16 @@ class SessionKeeper {
       const std::string& folder, std::function<Clock::time_point()> now = Clock::now);
 
   // The only answer with the lease. FailedPrecondition: another open session has one of the cameras.
-  // AlreadyExists: the key stands for another request. ResourceExhausted: too many are open.
-  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& request);
+  // AlreadyExists: the key stands for another request, or for one of somebody else. ResourceExhausted: too
+  // many are open.
+  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& request, const Caller& caller);
   // PermissionDenied: no session has this lease. FailedPrecondition: the session has ended.
   absl::StatusOr<v1::CaptureSession> Renew(const std::string& lease);
   absl::StatusOr<v1::CaptureSession> Close(const std::string& lease);
   // NotFound.
   absl::StatusOr<v1::CaptureSession> Get(const std::string& id);
-  v1::ListSessionsResponse List(size_t limit);
+  // Newest first. InvalidArgument: the page token.
+  absl::StatusOr<v1::ListSessionsResponse> List(size_t limit, const std::string& page_token = "");
 
   // FailedPrecondition: an open session other than `id` has one of these cameras; it is named, and `field`.
   absl::Status CheckCamerasAreFree(const std::string& field, const v1::Session& cameras,

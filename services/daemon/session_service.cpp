@@ -10,7 +10,8 @@
 
 namespace weft {
 
-absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionRequest& asked) {
+absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionRequest& asked,
+                                                        const Caller& caller) {
   v1::OpenSessionRequest request = asked;
   const struct {
     const char* field;
@@ -40,12 +41,12 @@ absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionReq
       return status;
     }
   }
-  return sessions_.Open(request);
+  return sessions_.Open(request, caller);
 }
 
-grpc::Status SessionService::OpenSession(grpc::ServerContext*, const v1::OpenSessionRequest* request,
+grpc::Status SessionService::OpenSession(grpc::ServerContext* context, const v1::OpenSessionRequest* request,
                                          v1::CaptureSession* session) {
-  return Answer("OpenSession", [&] { return Assign(Open(*request), session); });
+  return Answer("OpenSession", [&] { return Assign(Open(*request, caller_(*context)), session); });
 }
 
 grpc::Status SessionService::RenewSession(grpc::ServerContext*, const v1::RenewSessionRequest* request,
@@ -68,8 +69,7 @@ grpc::Status SessionService::ListSessions(grpc::ServerContext*, const v1::ListSe
   return Answer("ListSessions", [&]() -> absl::Status {
     const absl::StatusOr<int> limit = LimitOf(request->limit());
     if (!limit.ok()) return limit.status();
-    *response = sessions_.List(static_cast<size_t>(*limit));
-    return absl::OkStatus();
+    return Assign(sessions_.List(static_cast<size_t>(*limit), request->page_token()), response);
   });
 }
 

@@ -1,6 +1,7 @@
 // The service Sessions.
 #pragma once
 
+#include "services/daemon/call_identity.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/take_keeper.h"
@@ -12,8 +13,13 @@ namespace weft {
 // Thread safety: gRPC calls from many threads. Keepers and library must outlive the service.
 class SessionService final : public v1::Sessions::Service {
  public:
-  SessionService(SessionKeeper& sessions, TakeKeeper& takes, const Library& library, PathPolicy policy)
-      : sessions_(sessions), takes_(takes), library_(library), policy_(std::move(policy)) {}
+  SessionService(SessionKeeper& sessions, TakeKeeper& takes, const Library& library, PathPolicy policy,
+                 FindCaller caller)
+      : sessions_(sessions),
+        takes_(takes),
+        library_(library),
+        policy_(std::move(policy)),
+        caller_(std::move(caller)) {}
 
   grpc::Status OpenSession(grpc::ServerContext* context, const v1::OpenSessionRequest* request,
                            v1::CaptureSession* session) override;
@@ -27,12 +33,13 @@ class SessionService final : public v1::Sessions::Service {
                             v1::ListSessionsResponse* response) override;
 
  private:
-  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& asked);
+  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& asked, const Caller& caller);
 
   SessionKeeper& sessions_;
   TakeKeeper& takes_;
   const Library& library_;
   const PathPolicy policy_;
+  const FindCaller caller_;
 };
 
 }  // namespace weft

@@ -66,6 +66,7 @@ v1::RecordedTake DescribeTakeFolder(const std::string& id, const std::string& fo
     }
   }
   take.set_session_id(view.request.capture_session());
+  take.set_started_by(view.request.started_by());
   return take;
 }
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
+#include "services/callers/owners.h"
 #include "services/daemon/request_check.h"
 #include "services/daemon/take_folder.h"
 #include "services/files/atomic_file.h"
@@ -18,6 +19,7 @@
 #include "services/recording/session_file.h"
 #include "services/recording/take_description.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/page.h"
 
 namespace weft {
 namespace {
@@ -190,6 +192,10 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& a
   if (id.empty()) id = NewTimedId();
   const std::string folder = FolderOf(id);
   if (const absl::StatusOr<RecorderView> known = LookAtRecorder(folder); known.ok()) {
+    if (!IsSameAccount(known->request.started_by(), request.recording().started_by()))
+      return KeyOfSomebodyElse();
+    // One account may have several tokens.
+    request.mutable_recording()->set_started_by(known->request.started_by());
     if (known->request.SerializeAsString() == request.recording().SerializeAsString()) return Get(id);
     return FieldError(absl::StatusCode::kAlreadyExists,
                       {"idempotency_key", absl::StrCat("take ", id, " was started with another request"),
@@ -270,8 +276,9 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Stop(const std::string& id) {
 v1::ListTakesResponse TakeKeeper::List(const v1::ListTakesRequest& request, size_t limit) {
   const bool trash = request.trash();
   v1::ListTakesResponse response;
+  Page page(limit);
   for (const std::string& id : TakesIn(trash ? options_.trash_folder : options_.takes_folder)) {
-    if (static_cast<size_t>(response.takes_size()) == limit) break;
+    if (!request.page_token().empty() && id >= request.page_token()) continue;
     absl::StatusOr<v1::RecordedTake> take;
     if (trash) {
       absl::StatusOr<RecorderView> view = LookAtRecorder(TrashOf(id));
@@ -284,8 +291,14 @@ v1::ListTakesResponse TakeKeeper::List(const v1::ListTakesRequest& request, size
     }
     if (take.ok()) {
       const v1::TakeKeeping& keeping = take->keeping();
-      if (HasWords(request.words(), {keeping.slate(), keeping.name(), keeping.notes(), id, take->timecode()}))
-        *response.add_takes() = *std::move(take);
+      if (!HasWords(request.words(),
+                    {keeping.slate(), keeping.name(), keeping.notes(), id, take->timecode()}))
+        continue;
+      if (!page.Add(take->ByteSizeLong())) {
+        response.set_next_page_token(response.takes().rbegin()->id());
+        break;
+      }
+      *response.add_takes() = *std::move(take);
     } else {
       response.add_warnings(EscapedText(std::string(take.status().message())));
     }

@@ -47,11 +47,12 @@ class TakeWatch {
 
 }  // namespace
 
-absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& request) {
+absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& request,
+                                                    const Caller& caller) {
   v1::StartTakeRequest resolved = request;
   v1::RecorderRequest& recording = *resolved.mutable_recording();
-  for (const std::string& ours :
-       {recording.capture_session(), recording.rig(), recording.board(), recording.garment()}) {
+  for (const std::string& ours : {recording.capture_session(), recording.rig(), recording.board(),
+                                  recording.garment(), recording.started_by()}) {
     if (!ours.empty()) {
       return FieldError(
           absl::StatusCode::kInvalidArgument,
@@ -76,6 +77,7 @@ absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& 
       !status.ok()) {
     return status;
   }
+  recording.set_started_by(caller.name);
   return takes_.Start(resolved);
 }
 
@@ -100,9 +102,9 @@ absl::StatusOr<v1::RecordedTake> TakeService::GetRecent(const std::string& id) {
   return take;
 }
 
-grpc::Status TakeService::StartTake(grpc::ServerContext*, const v1::StartTakeRequest* request,
+grpc::Status TakeService::StartTake(grpc::ServerContext* context, const v1::StartTakeRequest* request,
                                     v1::RecordedTake* take) {
-  return Answer("StartTake", [&] { return Assign(Start(*request), take); });
+  return Answer("StartTake", [&] { return Assign(Start(*request, caller_(*context)), take); });
 }
 
 grpc::Status TakeService::StopTake(grpc::ServerContext*, const v1::StopTakeRequest* request,
@@ -121,6 +123,7 @@ grpc::Status TakeService::ListTakes(grpc::ServerContext*, const v1::ListTakesReq
     const absl::StatusOr<int> limit = LimitOf(request->limit());
     if (!limit.ok()) return limit.status();
     if (absl::Status status = CheckOneLine("words", request->words()); !status.ok()) return status;
+    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
     *response = takes_.List(*request, static_cast<size_t>(*limit));
     return absl::OkStatus();
   });

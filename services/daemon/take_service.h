@@ -6,6 +6,7 @@
 #include <mutex>
 #include <string>
 
+#include "services/daemon/call_identity.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/take_keeper.h"
@@ -16,8 +17,8 @@ namespace weft {
 // Thread safety: gRPC calls from many threads. Keepers and queue must outlive the service.
 class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Takes::Service> {
  public:
-  TakeService(TakeKeeper& takes, SessionKeeper& sessions, JobQueue& jobs)
-      : takes_(takes), sessions_(sessions), jobs_(jobs) {}
+  TakeService(TakeKeeper& takes, SessionKeeper& sessions, JobQueue& jobs, FindCaller caller)
+      : takes_(takes), sessions_(sessions), jobs_(jobs), caller_(std::move(caller)) {}
 
   grpc::Status StartTake(grpc::ServerContext* context, const v1::StartTakeRequest* request,
                          v1::RecordedTake* take) override;
@@ -41,7 +42,7 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
                           v1::EmptyTrashResponse* response) override;
 
  private:
-  absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
+  absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request, const Caller& caller);
   // With the job that registers it live.
   absl::StatusOr<v1::RecordedTake> Get(const std::string& id);
   // The same, at most one period of the watchers old: many of them cost what one does.
@@ -57,6 +58,7 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
   TakeKeeper& takes_;
   SessionKeeper& sessions_;
   JobQueue& jobs_;
+  const FindCaller caller_;
 };
 
 }  // namespace weft

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
@@ -74,6 +75,13 @@ absl::Status Rename(const std::string& from, const std::string& to) {
 
 }  // namespace
 
+std::string PlaceInList(const v1::LibraryItem& item) {
+  const v1::ItemName first = item.names().empty() ? v1::ItemName() : item.names(0);
+  // Names have no character before a space, so that a name comes before those that it begins.
+  return absl::StrFormat("%d %s %010d %s", static_cast<int>(item.kind()), first.name(), first.version(),
+                         item.id());
+}
+
 absl::StatusOr<std::unique_ptr<Library>> Library::Open(const std::string& state_folder) {
   for (const v1::ItemKind kind : kItemKinds) {
     const absl::Status status = CreateFolders(absl::StrCat(state_folder, "/library/", ItemKindWord(kind)));
@@ -134,12 +142,8 @@ absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
     if (kind != v1::ITEM_KIND_UNSPECIFIED && kind != one) continue;
     if (absl::Status status = ListKind(one, &listing); !status.ok()) return status;
   }
-  const auto key = [](const v1::LibraryItem& item) {
-    const v1::ItemName first = item.names().empty() ? v1::ItemName() : item.names(0);
-    return std::make_tuple(static_cast<int>(item.kind()), first.name(), first.version(), item.id());
-  };
   std::sort(listing.items.begin(), listing.items.end(),
-            [&](const v1::LibraryItem& a, const v1::LibraryItem& b) { return key(a) < key(b); });
+            [](const auto& a, const auto& b) { return PlaceInList(a) < PlaceInList(b); });
   std::sort(listing.damaged.begin(), listing.damaged.end());
   return listing;
 }

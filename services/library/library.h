@@ -32,7 +32,7 @@ class Library {
     std::vector<v1::LibraryItem> items;  // by kind, name and version, without manifests
     std::vector<std::string> damaged;    // what cannot be read, and what to do
   };
-  // Unspecified: all kinds.
+  // Unspecified: all kinds. Sorted by PlaceInList.
   absl::StatusOr<Listing> List(v1::ItemKind kind) const;
 
   // With its manifest. `reference`: NAME (newest version), NAME@VERSION or sha256:HEX. InvalidArgument: none
@@ -74,5 +74,8 @@ class Library {
   mutable std::mutex mutex_;
   std::map<std::string, std::weak_ptr<const void>> holds_;  // by id
 };
+
+// By kind, name, version and id; the names of items sort as their places do.
+std::string PlaceInList(const v1::LibraryItem& item);
 
 }  // namespace weft

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "capture/file/posix_file.h"
+#include "services/callers/owners.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/library/item_path.h"
@@ -30,14 +30,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kMaxPieceBytes = 512 << 10;
-constexpr int64_t kSpareBytes = int64_t{64} << 20;  // for the list of jobs
 constexpr std::chrono::minutes kRestsAfter{2};
 
-std::string UploadIdOf(const v1::BeginUploadRequest& request) {
+// Without an account: of a version that had no owners.
+std::string UploadIdOf(const v1::BeginUploadRequest& request, const std::string& account) {
   return Sha256()
       .Add(absl::StrCat(ItemKindWord(request.kind()), "\n", request.name(), "\n",
-                        ItemIdOf(request.manifest())))
+                        ItemIdOf(request.manifest()), account.empty() ? "" : "\n", account))
       .Hex();
+}
+
+// An upload of a version that had no owners is the first one's who goes on with it.
+// True: it was moved.
+bool TakeOverOld(const std::string& old_folder, const std::string& folder) {
+  std::error_code error;
+  v1::ItemUpload what;
+  if (old_folder == folder || fs::exists(folder, error) ||
+      !ReadJsonFile(old_folder + "/upload.json", what).ok() || !what.begun_by().empty()) {
+    return false;
+  }
+  fs::rename(old_folder, folder, error);
+  return !error;
 }
 
 // 0 where there is none.
@@ -83,6 +96,11 @@ struct Uploads::Upload {
 Uploads::Uploads(Library& library, std::string state_folder, ItemCheck check)
     : library_(library), state_folder_(std::move(state_folder)), check_(std::move(check)) {
   RemoveRemains();
+  for (const Unfinished& unfinished : ListUnfinished()) {
+    v1::ItemUpload what;
+    if (ReadJsonFile(FolderOf(unfinished.upload_id) + "/upload.json", what).ok())
+      begun_[unfinished.upload_id] = {what.begun_by(), BytesOf(what.manifest())};
+  }
 }
 
 std::string Uploads::FolderOf(const std::string& upload_id) const {
@@ -123,6 +141,7 @@ absl::Status Uploads::Abandon(const std::string& upload_id, int64_t last_piece_u
   if (LastPiece_unix_ns(FolderOf(upload_id)) != last_piece_unix_ns)
     return absl::FailedPreconditionError("more of it came");
   if (known != uploads_.end()) uploads_.erase(known);
+  begun_.erase(upload_id);
   std::error_code error;
   fs::remove_all(FolderOf(upload_id), error);
   return error ? WriteError(FolderOf(upload_id), error.value()) : absl::OkStatus();
@@ -140,7 +159,19 @@ std::shared_ptr<Uploads::Upload> Uploads::Know(const std::string& upload_id, v1:
   return uploads_[upload_id] = upload;
 }
 
-absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string& upload_id) {
+absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string& upload_id,
+                                                               const Caller& caller) {
+  absl::StatusOr<std::shared_ptr<Upload>> upload = FindAnybodys(upload_id);
+  if (!upload.ok()) return upload;
+  if (absl::Status status =
+          CheckMayChange(caller, "upload_id", absl::StrCat("upload ", upload_id), (*upload)->what.begun_by());
+      !status.ok()) {
+    return status;
+  }
+  return upload;
+}
+
+absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::FindAnybodys(const std::string& upload_id) {
   if (!IsSha256(upload_id)) return absl::InvalidArgumentError("upload_id: must be one of BeginUpload");
   const std::lock_guard lock(mutex_);
   if (const auto known = uploads_.find(upload_id); known != uploads_.end()) return known->second;
@@ -154,20 +185,6 @@ absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string
   return Know(upload_id, std::move(what));
 }
 
-absl::Status Uploads::CheckRoom(const char* field, int64_t more_bytes) const {
-  struct statvfs disk;
-  if (statvfs(state_folder_.c_str(), &disk) != 0)
-    return FileError(state_folder_, "cannot be looked at", errno);
-  const int64_t free_bytes = static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
-  const int64_t spare_bytes = std::max(kSpareBytes, static_cast<int64_t>(least_free_bytes_.load()));
-  if (more_bytes <= free_bytes - spare_bytes) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(
-      field, ": ", more_bytes, " bytes are to come, but ", state_folder_, " has ", free_bytes,
-      " bytes free, of which ", spare_bytes,
-      least_free_bytes_ > kSpareBytes ? " stay free by --least-free-gib" : " are kept for the list of jobs",
-      "; delete items that nobody needs"));
-}
-
 int64_t Uploads::BytesToCome(const std::string& but_of) const {
   const auto now = std::chrono::steady_clock::now();
   int64_t bytes = 0;
@@ -178,7 +195,8 @@ int64_t Uploads::BytesToCome(const std::string& but_of) const {
   return bytes;
 }
 
-absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequest& request) {
+absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequest& request,
+                                                       const Caller& caller) {
   for (const absl::Status& status :
        {CheckItemKind(request.kind()), CheckItemName(request.name()), CheckManifest(request.manifest())}) {
     if (!status.ok()) return status;
@@ -194,12 +212,18 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
     return response;
   }
   if (!absl::IsNotFound(known.status()) && !absl::IsDataLoss(known.status())) return known.status();
-  response.set_upload_id(UploadIdOf(request));
+  response.set_upload_id(UploadIdOf(request, AccountOf(caller.name)));
   const std::string folder = FolderOf(response.upload_id());
+  const std::string old_id = UploadIdOf(request, "");
+  if (TakeOverOld(FolderOf(old_id), folder)) begun_.erase(old_id);
   int64_t received = 0;
   for (const v1::ItemFile& file : request.manifest().files()) {
     response.add_received_bytes(SizeOfUploaded(folder + "/content", file.path()));
     received += response.received_bytes().at(response.received_bytes_size() - 1);
+  }
+  if (absl::Status status = CheckShare(response.upload_id(), BytesOf(request.manifest()) - received, caller);
+      !status.ok()) {
+    return status;
   }
   const int64_t to_come = BytesOf(request.manifest()) - received + BytesToCome(response.upload_id());
   if (absl::Status status = CheckRoom("manifest", to_come); !status.ok()) return status;
@@ -208,7 +232,9 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
   what.set_kind(request.kind());
   what.set_name(request.name());
   *what.mutable_manifest() = request.manifest();
+  what.set_begun_by(caller.name);
   if (absl::Status status = WriteJsonFile(folder + "/upload.json", what); !status.ok()) return status;
+  begun_[response.upload_id()] = {caller.name, BytesOf(request.manifest())};
   // Known from here on, for the room that it needs.
   const std::shared_ptr<Upload> upload = Know(response.upload_id(), std::move(what));
   upload->received_bytes = received;
@@ -247,8 +273,8 @@ absl::Status Uploads::CheckFiles(Upload& upload) {
                                           "; they were dropped, upload them again"));
 }
 
-absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id) {
-  const absl::StatusOr<std::shared_ptr<Upload>> found = Find(upload_id);
+absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, const Caller& caller) {
+  const absl::StatusOr<std::shared_ptr<Upload>> found = Find(upload_id, caller);
   if (!found.ok()) return found.status();
   Upload& upload = **found;
   const std::lock_guard lock(upload.mutex);
@@ -267,6 +293,7 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id) {
   if (item.ok()) fs::remove(library_.ContentFolder(item->kind(), item->id()) + "/../upload.json", ignored);
   fs::remove_all(upload.folder, ignored);
   uploads_.erase(upload_id);
+  begun_.erase(upload_id);
   return item;
 }
 
@@ -289,7 +316,7 @@ absl::Status UploadWriter::OpenFile(const std::string& path) {
 absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
   if (!piece.upload_id().empty() && piece.upload_id() != upload_id_) {
     if (upload_) return absl::InvalidArgumentError("upload_id: all pieces of a call are of one upload");
-    absl::StatusOr<std::shared_ptr<Uploads::Upload>> found = uploads_.Find(piece.upload_id());
+    absl::StatusOr<std::shared_ptr<Uploads::Upload>> found = uploads_.Find(piece.upload_id(), caller_);
     if (!found.ok()) return found.status();
     upload_ = *std::move(found);
     upload_id_ = piece.upload_id();

@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/caller.h"
 #include "services/files/unique_fd.h"
 #include "services/library/library.h"
 #include "weft/v1/library.pb.h"
@@ -31,8 +32,9 @@ class Uploads {
   // Of the disk; uploads leave as much free. From now on.
   void SetLeastFree(uint64_t bytes) { least_free_bytes_ = bytes; }
 
-  absl::StatusOr<v1::BeginUploadResponse> Begin(const v1::BeginUploadRequest& request);
-  absl::StatusOr<v1::LibraryItem> Finish(const std::string& upload_id);
+  // Whoever sends the same again goes on with their own upload alone.
+  absl::StatusOr<v1::BeginUploadResponse> Begin(const v1::BeginUploadRequest& request, const Caller& caller);
+  absl::StatusOr<v1::LibraryItem> Finish(const std::string& upload_id, const Caller& caller);
 
   // What has begun and is not finished.
   struct Unfinished {
@@ -50,9 +52,17 @@ class Uploads {
   std::string FolderOf(const std::string& upload_id) const;
   // Deleted items that still lie there, and what a kill left of an upload that began.
   void RemoveRemains();
-  absl::StatusOr<std::shared_ptr<Upload>> Find(const std::string& upload_id);
+  // PermissionDenied: it is somebody else's.
+  absl::StatusOr<std::shared_ptr<Upload>> Find(const std::string& upload_id, const Caller& caller);
+  absl::StatusOr<std::shared_ptr<Upload>> FindAnybodys(const std::string& upload_id);
   // With the lock.
   std::shared_ptr<Upload> Know(const std::string& upload_id, v1::ItemUpload what);
+  // ResourceExhausted: the caller has too many, or too much to come.
+  absl::Status CheckShare(const std::string& upload_id, int64_t bytes, const Caller& caller) const;
+  struct Room {
+    int64_t free_bytes = 0, spare_bytes = 0;
+  };
+  absl::StatusOr<Room> RoomOnDisk() const;
   // ResourceExhausted: the disk has no room for so many more bytes.
   absl::Status CheckRoom(const char* field, int64_t more_bytes) const;
   // What the uploads that go on have still to come.
@@ -65,12 +75,17 @@ class Uploads {
   std::atomic<uint64_t> least_free_bytes_ = 0;
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>> uploads_;
+  struct Begun {
+    std::string caller;
+    int64_t bytes = 0;  // of the manifest
+  };
+  std::map<std::string, Begun> begun_;  // and not finished, by id
 };
 
 // Pieces of one call. Thread safety: none.
 class UploadWriter {
  public:
-  explicit UploadWriter(Uploads& uploads) : uploads_(uploads) {}
+  UploadWriter(Uploads& uploads, Caller caller) : uploads_(uploads), caller_(std::move(caller)) {}
   absl::Status Add(const v1::WriteFileRequest& piece);
   // All pieces are on the disk; how many bytes they had.
   absl::StatusOr<int64_t> Sync();
@@ -79,6 +94,7 @@ class UploadWriter {
   absl::Status OpenFile(const std::string& path);
 
   Uploads& uploads_;
+  const Caller caller_;
   std::string upload_id_, path_;
   std::shared_ptr<Uploads::Upload> upload_;
   UniqueFd file_;

@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const weft::Caller kAnybody{"token 1 (anna)", weft::v1::ROLE_CLIENT};
+
 // In memory where that is possible: this is about names and bytes, not about disks.
 class Store {
  public:
@@ -110,17 +112,17 @@ void TryUpload(Store& store, const std::string& text) {
     }
     file.set_sha256(weft::Sha256().Add(bytes).Hex());
   }
-  const auto begun = store.uploads().Begin(request);
+  const auto begun = store.uploads().Begin(request, kAnybody);
   if (!begun.ok() || begun->has_item()) return;
   {
-    weft::UploadWriter writer(store.uploads());
+    weft::UploadWriter writer(store.uploads(), kAnybody);
     for (weft::v1::WriteFileRequest& piece : pieces) {
       piece.set_upload_id(begun->upload_id());
       if (!writer.Add(piece).ok()) break;
     }
     (void)writer.Sync();
   }
-  const auto item = store.uploads().Finish(begun->upload_id());
+  const auto item = store.uploads().Finish(begun->upload_id(), kAnybody);
   if (!item.ok()) return;
   CheckTaken(store, *item);
   const auto deleted = store.library().Delete(item->kind(), "sha256:" + item->id(),

@@ -28,6 +28,7 @@ using weft::FuzzFolder;
 using weft::FuzzRequire;
 
 const std::string kId = "20260101-000000-00000001";
+const weft::Caller kAnybody{"token 1 (anna)", weft::v1::ROLE_OPERATOR};
 const std::string kItem = std::string(64, 'a');
 
 class State {
@@ -87,13 +88,13 @@ class State {
     const std::string before = *weft::ReadWholeFile(path);
     const auto keeper = weft::SessionKeeper::Create(folder_ / "sessions");
     FuzzRequire(keeper.ok());
-    const weft::v1::ListSessionsResponse list = (*keeper)->List(10);
+    const weft::v1::ListSessionsResponse list = *(*keeper)->List(10);
     (*keeper)->UsersOfDevices();
     for (const weft::v1::CaptureSession& session : list.sessions()) FuzzRequire(session.id() == kId);
     FuzzRequire(readable || (list.sessions().empty() && *weft::ReadWholeFile(path) == before));
     weft::v1::OpenSessionRequest request;
     request.mutable_cameras()->add_cameras()->mutable_gige()->set_device("127.0.0.2");
-    (void)(*keeper)->Open(request);
+    (void)(*keeper)->Open(request, kAnybody);
   }
 
   void ReadOperations(const std::string& path) {
@@ -108,14 +109,17 @@ class State {
     options.adopt_take = [](const std::string&, const std::string&) { return absl::OkStatus(); };
     const auto queue = weft::OperationQueue::Create(options);
     FuzzRequire(queue.ok());
-    const weft::v1::ListOperationsResponse list = (*queue)->List(10);
+    const weft::v1::ListOperationsResponse list = *(*queue)->List(10);
     FuzzRequire(list.operations_size() + list.warnings_size() <= 1);
     if (!readable) FuzzRequire(list.warnings_size() == 1 && *weft::ReadWholeFile(path) == before);
     for (const weft::v1::Operation& operation : list.operations()) {
       FuzzRequire(operation.id() == kId);
-      (void)(*queue)->Files(operation.id());
+      weft::v1::ListOperationFilesRequest files;
+      files.set_operation_id(operation.id());
+      (void)(*queue)->Files(files);
       (void)(*queue)->OpenFile(operation.id(), "../operation.json", {});
-      (void)(*queue)->Cancel(operation.id());
+      (void)(*queue)->Cancel(operation.id(), kAnybody);
+      (void)(*queue)->Delete(operation.id(), kAnybody);
     }
   }
 

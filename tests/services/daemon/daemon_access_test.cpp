@@ -49,6 +49,7 @@ const std::map<std::string, v1::Role>& ExpectedRoles() {
                                                         {"Library.ListItems", v1::ROLE_VIEWER},
                                                         {"Library.WriteFile", v1::ROLE_CLIENT},
                                                         {"Operations.CancelOperation", v1::ROLE_CLIENT},
+                                                        {"Operations.DeleteOperation", v1::ROLE_CLIENT},
                                                         {"Operations.FetchOperationFile", v1::ROLE_VIEWER},
                                                         {"Operations.GetOperation", v1::ROLE_VIEWER},
                                                         {"Operations.ListOperationFiles", v1::ROLE_VIEWER},

@@ -118,6 +118,23 @@ TEST_F(DaemonTest, AnErrorOfTheTaskFailsTheJobAtOnce) {
   EXPECT_EQ(job.frames().cancelled(), 3);
 }
 
+TEST_F(DaemonTest, AMomentWithoutThreadsCountsAgainstNobody) {
+  StartDaemon();
+  for (const std::string frame : {"libgomp_lacks_threads", "throws_lacks_threads", "told_lacks_threads"}) {
+    const std::string id = Submit({frame, "a"}, frame);
+    // Longer than so many tries as a crash would have.
+    WatchUntil(id, [](const v1::JobUpdate& update) {
+      return update.job().message().find("waits until there is room") != std::string::npos;
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(3500));
+    EXPECT_EQ(client_->Get(id)->state(), v1::JOB_STATE_RUNNING) << frame;
+    WriteBytes(folder_ / (frame + "/threads"), "");
+    const v1::Job job = WaitForEnd(id);
+    EXPECT_EQ(job.state(), v1::JOB_STATE_DONE) << frame << ": " << job.message();
+    EXPECT_EQ(job.frames().done(), 2) << frame;
+  }
+}
+
 TEST_F(DaemonTest, WorkersThatNeverBeginFailTheJob) {
   WriteBytes(folder_ / "worker", "#!/bin/sh\necho no library >&2\nexit 127\n");
   std::filesystem::permissions(folder_ / "worker", std::filesystem::perms::owner_all);

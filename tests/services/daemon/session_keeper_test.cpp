@@ -12,6 +12,8 @@ using std::chrono::seconds;
 using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
+const Caller kAnna{"token 1 (anna)", v1::ROLE_OPERATOR};
+
 class SessionKeeperTest : public ::testing::Test {
  protected:
   SessionKeeperTest() { Restart(); }
@@ -37,7 +39,7 @@ class SessionKeeperTest : public ::testing::Test {
   }
 
   v1::CaptureSession Open(const v1::OpenSessionRequest& request) {
-    const absl::StatusOr<v1::CaptureSession> session = keeper_->Open(request);
+    const absl::StatusOr<v1::CaptureSession> session = keeper_->Open(request, kAnna);
     EXPECT_TRUE(session.ok()) << session.status();
     return session.ok() ? *session : v1::CaptureSession();
   }
@@ -55,7 +57,7 @@ class SessionKeeperTest : public ::testing::Test {
 
 TEST_F(SessionKeeperTest, OneOwnerAtATimeHasACamera) {
   const v1::CaptureSession first = Open(Request({"a", "b"}));
-  const absl::Status refused = keeper_->Open(Request({"b", "c"}, "ben")).status();
+  const absl::Status refused = keeper_->Open(Request({"b", "c"}, "ben"), kAnna).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(refused));
   EXPECT_THAT(std::string(refused.message()), HasSubstr("camera b belongs to session " + first.id() +
                                                         " of anna, whose lease lasts 60 s more"));
@@ -66,7 +68,7 @@ TEST_F(SessionKeeperTest, OneOwnerAtATimeHasACamera) {
   EXPECT_TRUE(absl::IsPermissionDenied(keeper_->Close(first.lease() + "0").status()));
   EXPECT_TRUE(absl::IsPermissionDenied(keeper_->Renew("").status()));
   EXPECT_EQ(keeper_->Get(first.id())->lease(), "");
-  EXPECT_EQ(keeper_->List(10).sessions(1).lease(), "");
+  EXPECT_EQ(keeper_->List(10)->sessions(1).lease(), "");
   EXPECT_TRUE(keeper_->Close(first.lease()).ok());
   EXPECT_TRUE(keeper_->Close(first.lease()).ok()) << "may be repeated";
   EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Renew(first.lease()).status()));
@@ -107,12 +109,12 @@ TEST_F(SessionKeeperTest, GoesOnWithTheNextDaemonAndAWholeLease) {
   Restart();
   now_ += seconds(50);
   EXPECT_TRUE(keeper_->Renew(session.lease()).ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Open(Request({"a"}, "ben")).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Open(Request({"a"}, "ben"), kAnna).status()));
   WriteBytes(folder_ / "sessions/damaged.json", "{");
   WriteBytes(folder_ / "sessions/copied.json", ReadBytes(folder_ / ("sessions/" + session.id() + ".json")));
   Restart();
   EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_OPEN);
-  const v1::ListSessionsResponse list = keeper_->List(10);
+  const v1::ListSessionsResponse list = *keeper_->List(10);
   EXPECT_EQ(list.sessions_size(), 1);
   EXPECT_THAT(list.warnings(), UnorderedElementsAre(HasSubstr("damaged.json"), HasSubstr("copied.json")));
 }
@@ -124,12 +126,42 @@ TEST_F(SessionKeeperTest, ARepeatedRequestGetsTheSameSession) {
   EXPECT_EQ(first.id(), "stage-2-monday");
   EXPECT_EQ(Open(request).lease(), first.lease());
   request.set_owner("ben");
-  EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(request).status()));
+  EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(request, kAnna).status()));
+}
+
+TEST_F(SessionKeeperTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
+  v1::OpenSessionRequest request = Request({"a"});
+  const v1::CaptureSession first = Open(request);
+  // What everybody sees of it.
+  const v1::CaptureSession seen = keeper_->List(10)->sessions(0);
+  v1::OpenSessionRequest copied;
+  *copied.mutable_cameras() = seen.cameras();
+  copied.set_owner(seen.owner());
+  copied.set_idempotency_key(seen.id());
+  for (const Caller& other :
+       {Caller{"token 2 (ben)", v1::ROLE_OPERATOR}, Caller{"user root", v1::ROLE_ADMIN}, Caller{}}) {
+    const auto refused = keeper_->Open(copied, other);
+    EXPECT_TRUE(absl::IsAlreadyExists(refused.status())) << refused.status();
+    EXPECT_EQ(std::string(refused.status().message()).find(first.lease()), std::string::npos);
+  }
+  Restart();
+  EXPECT_FALSE(keeper_->Open(copied, {"token 2 (ben)", v1::ROLE_OPERATOR}).ok());
+  EXPECT_EQ(keeper_->Open(copied, {"token 3 (anna)", v1::ROLE_OPERATOR})->lease(), first.lease());
+}
+
+TEST_F(SessionKeeperTest, ListsComeInPages) {
+  for (const char* device : {"a", "b", "c"}) Open(Request({device}));
+  const auto first = keeper_->List(2);
+  ASSERT_EQ(first->sessions_size(), 2);
+  const auto second = keeper_->List(2, first->next_page_token());
+  ASSERT_EQ(second->sessions_size(), 1);
+  EXPECT_EQ(second->next_page_token(), "");
+  EXPECT_GT(first->sessions(1).opened_unix_ns(), second->sessions(0).opened_unix_ns());
 }
 
 TEST_F(SessionKeeperTest, RefusesRequestsThatAreWrongByTheField) {
   const auto refused = [&](const v1::OpenSessionRequest& request) {
-    const absl::Status status = keeper_->Open(request).status();
+    const absl::Status status = keeper_->Open(request, kAnna).status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
     return std::string(status.message());
   };

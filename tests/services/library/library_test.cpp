@@ -18,6 +18,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
+const Caller kAnna{"token 1 (anna)", v1::ROLE_CLIENT}, kBen{"token 2 (ben)", v1::ROLE_CLIENT};
+
 absl::Status TakeAny(v1::ItemKind, const v1::ItemManifest&, const std::string&) { return absl::OkStatus(); }
 
 class ItemsOnDisk : public ::testing::Test {
@@ -54,7 +56,7 @@ class ItemsOnDisk : public ::testing::Test {
 
   absl::Status Write(const std::string& upload, const std::string& path, int64_t offset,
                      const std::string& data) {
-    UploadWriter writer(*uploads_);
+    UploadWriter writer(*uploads_, kAnna);
     v1::WriteFileRequest piece;
     piece.set_upload_id(upload);
     piece.set_path(path);
@@ -66,14 +68,14 @@ class ItemsOnDisk : public ::testing::Test {
   }
 
   absl::StatusOr<v1::LibraryItem> Upload(const std::string& name, const Files& files) {
-    const auto begun = uploads_->Begin(RequestOf(name, files));
+    const auto begun = uploads_->Begin(RequestOf(name, files), kAnna);
     if (!begun.ok()) return begun.status();
     if (begun->has_item()) return begun->item();
     for (const auto& [path, bytes] : files) {
       if (bytes.empty()) continue;
       if (absl::Status status = Write(begun->upload_id(), path, 0, bytes); !status.ok()) return status;
     }
-    return uploads_->Finish(begun->upload_id());
+    return uploads_->Finish(begun->upload_id(), kAnna);
   }
 
   absl::StatusOr<Library::Deletion> Delete(const std::string& item) {
@@ -104,6 +106,63 @@ TEST_F(ItemsOnDisk, AreThereAfterARestart) {
   EXPECT_EQ(CountUploads(), 0u);
 }
 
+TEST_F(ItemsOnDisk, UploadsAreTheirOwners) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "12"}});
+  const std::string annas = uploads_->Begin(request, kAnna)->upload_id();
+  ASSERT_TRUE(Write(annas, "rig.json", 0, "1").ok());
+  // Ben sends the same: an upload of his own, from its beginning.
+  const auto bens = uploads_->Begin(request, kBen);
+  EXPECT_NE(bens->upload_id(), annas);
+  EXPECT_EQ(bens->received_bytes(0), 0);
+  EXPECT_TRUE(absl::IsPermissionDenied(uploads_->Finish(annas, kBen).status()));
+  UploadWriter writer(*uploads_, kBen);
+  v1::WriteFileRequest piece;
+  piece.set_upload_id(annas);
+  piece.set_path("rig.json");
+  piece.set_offset(1);
+  piece.set_data("x");
+  EXPECT_TRUE(absl::IsPermissionDenied(writer.Add(piece)));
+  // Another token of anna's goes on, also with the next daemon.
+  Restart();
+  const Caller anna{"token 9 (anna)", v1::ROLE_CLIENT};
+  EXPECT_EQ(uploads_->Begin(request, anna)->received_bytes(0), 1);
+  ASSERT_TRUE(Write(annas, "rig.json", 1, "2").ok());
+  EXPECT_TRUE(uploads_->Finish(annas, anna).ok());
+}
+
+TEST_F(ItemsOnDisk, UnfinishedUploadsOfOneCallerAreFew) {
+  int begun = 0;
+  absl::Status refused;
+  while (begun < 1000 && refused.ok()) {
+    refused = uploads_->Begin(RequestOf("n" + std::to_string(begun), {{"a", std::to_string(begun)}}), kBen)
+                  .status();
+    begun += refused.ok() ? 1 : 0;
+  }
+  EXPECT_EQ(begun, 200);
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  // They count for the next daemon as well; what was begun may go on.
+  Restart();
+  EXPECT_FALSE(uploads_->Begin(RequestOf("one-more", {{"a", "x"}}), kBen).ok());
+  EXPECT_TRUE(uploads_->Begin(RequestOf("n7", {{"a", "7"}}), kBen).ok());
+  EXPECT_TRUE(uploads_->Begin(RequestOf("annas", {{"a", "x"}}), kAnna).ok());
+  EXPECT_GT(AbandonAll(), 0);
+  EXPECT_TRUE(uploads_->Begin(RequestOf("one-more", {{"a", "x"}}), kBen).ok());
+}
+
+TEST_F(ItemsOnDisk, OneClientLeavesPartOfTheDisk) {
+  const auto free_bytes = static_cast<int64_t>(std::filesystem::space(folder_.path()).available);
+  const auto of_size = [](const std::string& name, int64_t bytes) {
+    v1::BeginUploadRequest request = RequestOf(name, {{"a", name}});
+    request.mutable_manifest()->mutable_files(0)->set_bytes(bytes);
+    return request;
+  };
+  EXPECT_TRUE(uploads_->Begin(of_size("half", free_bytes / 2), kAnna).ok());
+  const absl::Status refused = uploads_->Begin(of_size("more", free_bytes / 2), kAnna).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_TRUE(uploads_->Begin(of_size("bens", free_bytes / 5), kBen).ok());
+  EXPECT_TRUE(uploads_->Begin(of_size("more", free_bytes / 5), {"user weft", v1::ROLE_ADMIN}).ok());
+}
+
 TEST_F(ItemsOnDisk, HaveVersionsByContent) {
   const std::string first = Upload("lab", {{"rig.json", "1"}}).value().id();
   const std::string second = Upload("lab", {{"rig.json", "2"}}).value().id();
@@ -121,29 +180,29 @@ TEST_F(ItemsOnDisk, HaveVersionsByContent) {
 
 TEST_F(ItemsOnDisk, GoOnWhereAnUploadBrokeOff) {
   const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "0123456789"}});
-  const std::string id = uploads_->Begin(request).value().upload_id();
+  const std::string id = uploads_->Begin(request, kAnna).value().upload_id();
   ASSERT_TRUE(Write(id, "rig.json", 0, "0123").ok());
   Restart();
-  const auto again = uploads_->Begin(request);
+  const auto again = uploads_->Begin(request, kAnna);
   EXPECT_EQ(again->upload_id(), id);
   EXPECT_EQ(again->received_bytes(0), 4);
-  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(uploads_->Finish(id, kAnna).status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(Write(id, "rig.json", 3, "3").code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(Write(id, "rig.json", 4, "4567890").code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(Write(id, "other.json", 0, "4").code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(Write(id, "../upload.json", 0, "4").code(), absl::StatusCode::kInvalidArgument);
   ASSERT_TRUE(Write(id, "rig.json", 4, "456789").ok());
-  EXPECT_TRUE(uploads_->Finish(id).ok());
+  EXPECT_TRUE(uploads_->Finish(id, kAnna).ok());
 }
 
 TEST_F(ItemsOnDisk, DropFilesWithOtherBytesThanDeclared) {
   const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "good"}});
-  const std::string id = uploads_->Begin(request).value().upload_id();
+  const std::string id = uploads_->Begin(request, kAnna).value().upload_id();
   ASSERT_TRUE(Write(id, "rig.json", 0, "evil").ok());
-  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kDataLoss);
-  EXPECT_EQ(uploads_->Begin(request).value().received_bytes(0), 0);
+  EXPECT_EQ(uploads_->Finish(id, kAnna).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(uploads_->Begin(request, kAnna).value().received_bytes(0), 0);
   ASSERT_TRUE(Write(id, "rig.json", 0, "good").ok());
-  EXPECT_TRUE(uploads_->Finish(id).ok());
+  EXPECT_TRUE(uploads_->Finish(id, kAnna).ok());
 }
 
 TEST_F(ItemsOnDisk, AreReadAsJobsReadThem) {
@@ -182,14 +241,14 @@ TEST_F(ItemsOnDisk, AreNotDeletedWhileHeld) {
 TEST_F(ItemsOnDisk, AreRefusedWhereTheDiskHasNoRoom) {
   v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "1"}});
   request.mutable_manifest()->mutable_files(0)->set_bytes(int64_t{1} << 49);
-  EXPECT_EQ(uploads_->Begin(request).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(uploads_->Begin(request, kAnna).status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(CountUploads(), 0u);
 }
 
 TEST_F(ItemsOnDisk, OfUploadsThatAreGoingOnAreNotRemoved) {
-  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}})).value().upload_id();
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}}), kAnna).value().upload_id();
   {
-    UploadWriter writer(*uploads_);
+    UploadWriter writer(*uploads_, kAnna);
     v1::WriteFileRequest piece;
     piece.set_upload_id(id);
     piece.set_path("rig.json");
@@ -200,23 +259,23 @@ TEST_F(ItemsOnDisk, OfUploadsThatAreGoingOnAreNotRemoved) {
     ASSERT_TRUE(writer.Sync().ok());
   }
   ASSERT_TRUE(Write(id, "rig.json", 1, "2").ok());
-  ASSERT_TRUE(uploads_->Finish(id).ok());
+  ASSERT_TRUE(uploads_->Finish(id, kAnna).ok());
   EXPECT_EQ(AbandonAll(), 0);
   EXPECT_TRUE(library_->Hold(v1::ITEM_KIND_RIG, "lab").ok());
 }
 
 TEST_F(ItemsOnDisk, ThatAnotherClientFinishedAreThere) {
   const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "1"}});
-  const std::string id = uploads_->Begin(request).value().upload_id();
+  const std::string id = uploads_->Begin(request, kAnna).value().upload_id();
   ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
-  ASSERT_TRUE(uploads_->Finish(id).ok());
-  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(uploads_->Finish(id, kAnna).ok());
+  EXPECT_EQ(uploads_->Finish(id, kAnna).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(Write(id, "rig.json", 1, "1").code(), absl::StatusCode::kNotFound);
-  EXPECT_TRUE(uploads_->Begin(request).value().has_item());
+  EXPECT_TRUE(uploads_->Begin(request, kAnna).value().has_item());
 }
 
 TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
-  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}})).value().upload_id();
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}}), kAnna).value().upload_id();
   ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
   // A clock that jumps removes nothing by itself.
   const std::string upload = folder_ / ("uploads/" + id + "/upload.json");
@@ -239,14 +298,14 @@ TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
 
 TEST_F(ItemsOnDisk, LeaveTheRoomThatShallStayFree) {
   const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "12"}});
-  const std::string id = uploads_->Begin(request).value().upload_id();
+  const std::string id = uploads_->Begin(request, kAnna).value().upload_id();
   ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
   uploads_->SetLeastFree(uint64_t{1} << 60);
   EXPECT_EQ(Write(id, "rig.json", 1, "2").code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(uploads_->Begin(request).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(uploads_->Begin(request, kAnna).status().code(), absl::StatusCode::kResourceExhausted);
   uploads_->SetLeastFree(0);
   EXPECT_TRUE(Write(id, "rig.json", 1, "2").ok());
-  EXPECT_TRUE(uploads_->Finish(id).ok());
+  EXPECT_TRUE(uploads_->Finish(id, kAnna).ok());
 }
 
 // Each would have room alone.
@@ -256,7 +315,7 @@ TEST_F(ItemsOnDisk, ThatAreOnTheirWayTogetherNeedRoomTogether) {
   const auto begin = [&](const std::string& name, int64_t bytes) {
     v1::BeginUploadRequest request = RequestOf(name, {{"rig.json", name}});
     request.mutable_manifest()->mutable_files(0)->set_bytes(bytes);
-    return uploads_->Begin(request).status().code();
+    return uploads_->Begin(request, kAnna).status().code();
   };
   EXPECT_EQ(begin("a", free_bytes / 3 * 2), absl::StatusCode::kOk);
   EXPECT_EQ(begin("b", free_bytes / 3 * 2), absl::StatusCode::kResourceExhausted);
@@ -264,7 +323,7 @@ TEST_F(ItemsOnDisk, ThatAreOnTheirWayTogetherNeedRoomTogether) {
 }
 
 TEST_F(ItemsOnDisk, FollowNoLinksThatStandInTheWay) {
-  const std::string id = uploads_->Begin(RequestOf("lab", {{"a/rig.json", "1"}})).value().upload_id();
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"a/rig.json", "1"}}), kAnna).value().upload_id();
   std::filesystem::create_directory(folder_ / "elsewhere");
   std::filesystem::create_symlink(folder_ / "elsewhere", folder_ / ("uploads/" + id + "/content/a"));
   EXPECT_FALSE(Write(id, "a/rig.json", 0, "1").ok());
