@@ -238,8 +238,10 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
       "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
       "`weft register --upload`");
   command
-      ->add_option("--priority", options->priority,
-                   "With --server: jobs of higher priority are worked on first")
+      ->add_option(
+          "--priority", options->priority,
+          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+          "before everybody's, which is for operators")
       ->type_name("N")
       ->check(CLI::Range(-100, 100));
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");

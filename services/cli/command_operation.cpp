@@ -21,7 +21,7 @@ struct OperationCommandOptions {
 void PrintOperation(const v1::Operation& operation) {
   std::printf("%s  %-9s  weft %s", operation.id().c_str(), JobStateWord(operation.state()),
               operation.spec().command().c_str());
-  for (const v1::OperationInput& input : operation.spec().inputs()) std::printf(" %s", input.value().c_str());
+  if (!operation.about().empty()) std::printf(" %s", operation.about().c_str());
   if (operation.state() == v1::JOB_STATE_RUNNING && !operation.step().empty()) {
     std::printf("  (%s, %.0f %%)", operation.step().c_str(), 100 * operation.share_done());
   }
@@ -44,6 +44,14 @@ absl::Status CancelOperation(OperationClient& client, const OperationCommandOpti
   if (!operation.ok()) return operation.status();
   if (options.json) return PrintJsonMessage(*operation);
   PrintOperation(*operation);
+  return absl::OkStatus();
+}
+
+absl::Status DeleteOperation(OperationClient& client, const OperationCommandOptions& options) {
+  const absl::StatusOr<v1::Operation> operation = client.Delete(options.id);
+  if (!operation.ok()) return operation.status();
+  if (options.json) return PrintJsonMessage(*operation);
+  std::printf("operation %s is deleted\n", operation->id().c_str());
   return absl::OkStatus();
 }
 
@@ -83,6 +91,12 @@ void AddOperationCommand(CLI::App& app, CommandLine& line) {
                                 "  weft operation cancel 20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
   SetUpOperationCommand(cancel, line, options, CancelOperation);
   cancel->add_option("OPERATION", options->id, "Its id, as `weft operation list` prints it")->required();
+  CLI::App* remove = AddCommand(*group, "delete",
+                                "Delete an operation that has ended, with the files that it wrote; a take "
+                                "that it made stays",
+                                "  weft operation delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
+  SetUpOperationCommand(remove, line, options, DeleteOperation);
+  remove->add_option("OPERATION", options->id, "Its id, as `weft operation list` prints it")->required();
 }
 
 }  // namespace weft

@@ -285,8 +285,10 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       "no folder of this machine. What it has already is not sent again; the same command goes on with an "
       "upload that was stopped");
   command
-      ->add_option("--priority", options->priority,
-                   "With --server: jobs of higher priority are worked on first, those of the same one by age")
+      ->add_option(
+          "--priority", options->priority,
+          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+          "before everybody's, which is for operators")
       ->type_name("N")
       ->check(CLI::Range(-100, 100));
   command

@@ -63,4 +63,23 @@ absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Call cal
   }
 }
 
+// The pages of a list as one answer: the first `most` entries, or all where it is 0. `count` tells how many
+// an answer has. Errors of CallDaemon.
+template <typename Answer, typename Request, typename Call, typename Count>
+absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Request request, int most,
+                                    Call call, Count count) {
+  Answer all;
+  while (true) {
+    request.set_limit(most == 0 ? 0 : most - count(all));
+    const absl::StatusOr<Answer> page = CallDaemon<Answer>(
+        connection,
+        [&](grpc::ClientContext* context, Answer* answer) { return call(context, request, answer); });
+    if (!page.ok()) return page.status();
+    all.MergeFrom(*page);
+    all.set_next_page_token(page->next_page_token());
+    if (page->next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
+    request.set_page_token(page->next_page_token());
+  }
+}
+
 }  // namespace weft

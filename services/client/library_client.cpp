@@ -180,14 +180,20 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::Upload(v1::ItemKind kind, const s
 absl::StatusOr<v1::ListItemsResponse> LibraryClient::List(v1::ItemKind kind) {
   v1::ListItemsRequest request;
   request.set_kind(kind);
-  v1::ListItemsResponse response;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    SetLibraryPatience(context);
-    return stub_->ListItems(&context, request, &response);
-  });
-  if (!status.ok()) return connection_.Explain(status);
-  return response;
+  v1::ListItemsResponse all;
+  do {
+    v1::ListItemsResponse page;
+    const grpc::Status status = CallWhenAdmitted([&] {
+      grpc::ClientContext context;
+      SetLibraryPatience(context);
+      return stub_->ListItems(&context, request, &page);
+    });
+    if (!status.ok()) return connection_.Explain(status);
+    request.set_page_token(page.next_page_token());
+    all.MergeFrom(page);
+  } while (!request.page_token().empty());
+  all.clear_next_page_token();
+  return all;
 }
 
 absl::StatusOr<v1::LibraryItem> LibraryClient::Get(v1::ItemKind kind, const std::string& item) {

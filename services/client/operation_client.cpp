@@ -32,12 +32,19 @@ absl::StatusOr<v1::Operation> OperationClient::Start(const v1::StartOperationReq
 }
 
 absl::StatusOr<v1::ListOperationsResponse> OperationClient::List(int limit) {
-  v1::ListOperationsRequest request;
-  request.set_limit(limit);
-  return CallDaemon<v1::ListOperationsResponse>(
-      connection_, [&](grpc::ClientContext* context, v1::ListOperationsResponse* response) {
-        return stub_->ListOperations(context, request, response);
-      });
+  return CallForPages<v1::ListOperationsResponse>(
+      connection_, v1::ListOperationsRequest(), limit,
+      [&](grpc::ClientContext* context, const v1::ListOperationsRequest& request,
+          v1::ListOperationsResponse* response) { return stub_->ListOperations(context, request, response); },
+      [](const v1::ListOperationsResponse& response) { return response.operations_size(); });
+}
+
+absl::StatusOr<v1::Operation> OperationClient::Delete(const std::string& id) {
+  v1::DeleteOperationRequest request;
+  request.set_operation_id(id);
+  return CallDaemon<v1::Operation>(connection_, [&](grpc::ClientContext* context, v1::Operation* operation) {
+    return stub_->DeleteOperation(context, request, operation);
+  });
 }
 
 absl::StatusOr<v1::Operation> OperationClient::Cancel(const std::string& id) {
@@ -75,10 +82,13 @@ absl::Status OperationClient::FetchFiles(const std::string& id, const std::strin
                                          const std::function<void(size_t done, size_t total)>& progress) {
   v1::ListOperationFilesRequest of_operation;
   of_operation.set_operation_id(id);
-  const auto list = CallDaemon<v1::ListOperationFilesResponse>(
-      connection_, [&](grpc::ClientContext* context, v1::ListOperationFilesResponse* response) {
-        return stub_->ListOperationFiles(context, of_operation, response);
-      });
+  const auto list = CallForPages<v1::ListOperationFilesResponse>(
+      connection_, of_operation, 0,
+      [&](grpc::ClientContext* context, const v1::ListOperationFilesRequest& request,
+          v1::ListOperationFilesResponse* response) {
+        return stub_->ListOperationFiles(context, request, response);
+      },
+      [](const v1::ListOperationFilesResponse& response) { return response.files_size(); });
   if (!list.ok()) return list.status();
   size_t done = 0;
   for (const v1::OperationFile& file : list->files()) {

@@ -24,6 +24,8 @@ class OperationClient {
   absl::StatusOr<v1::Operation> Start(const v1::StartOperationRequest& request);
   absl::StatusOr<v1::ListOperationsResponse> List(int limit);
   absl::StatusOr<v1::Operation> Cancel(const std::string& id);
+  // With its files. It must have ended.
+  absl::StatusOr<v1::Operation> Delete(const std::string& id);
   // Calls `update` with every state until it has ended, and returns the last one. Cancelled: `stop` was
   // requested; the operation goes on. Unavailable: the daemon went away; the operation begins anew with the
   // next one.

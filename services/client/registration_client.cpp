@@ -78,12 +78,13 @@ absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
 }
 
 absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
-  v1::ListJobsRequest request;
-  request.set_limit(limit);
-  const auto response = CallDaemon<v1::ListJobsResponse>(
-      *this, [&](grpc::ClientContext* context, v1::ListJobsResponse* answer) {
+  constexpr int kUsual = 100;  // as the daemon's
+  const auto response = CallForPages<v1::ListJobsResponse>(
+      *this, v1::ListJobsRequest(), limit == 0 ? kUsual : limit,
+      [&](grpc::ClientContext* context, const v1::ListJobsRequest& request, v1::ListJobsResponse* answer) {
         return stub_->ListJobs(context, request, answer);
-      });
+      },
+      [](const v1::ListJobsResponse& answer) { return answer.jobs_size(); });
   if (!response.ok()) return response.status();
   return std::vector<v1::Job>(response->jobs().begin(), response->jobs().end());
 }
@@ -91,10 +92,12 @@ absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
 absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
   v1::ListFramesRequest request;
   request.set_job_id(job_id);
-  const auto response = CallDaemon<v1::ListFramesResponse>(
-      *this, [&](grpc::ClientContext* context, v1::ListFramesResponse* answer) {
-        return stub_->ListFrames(context, request, answer);
-      });
+  const auto response = CallForPages<v1::ListFramesResponse>(
+      *this, request, 0,
+      [&](grpc::ClientContext* context, const v1::ListFramesRequest& asked, v1::ListFramesResponse* answer) {
+        return stub_->ListFrames(context, asked, answer);
+      },
+      [](const v1::ListFramesResponse& answer) { return answer.frames_size(); });
   if (!response.ok()) return response.status();
   return std::vector<v1::FrameInfo>(response->frames().begin(), response->frames().end());
 }

@@ -36,12 +36,11 @@ absl::StatusOr<v1::CaptureSession> SessionClient::Close(const std::string& lease
 }
 
 absl::StatusOr<v1::ListSessionsResponse> SessionClient::List(int limit) {
-  v1::ListSessionsRequest request;
-  request.set_limit(limit);
-  return CallDaemon<v1::ListSessionsResponse>(
-      connection_, [&](grpc::ClientContext* context, v1::ListSessionsResponse* response) {
-        return stub_->ListSessions(context, request, response);
-      });
+  return CallForPages<v1::ListSessionsResponse>(
+      connection_, v1::ListSessionsRequest(), limit,
+      [&](grpc::ClientContext* context, const v1::ListSessionsRequest& request,
+          v1::ListSessionsResponse* response) { return stub_->ListSessions(context, request, response); },
+      [](const v1::ListSessionsResponse& response) { return response.sessions_size(); });
 }
 
 absl::Status SessionClient::Hold(const v1::CaptureSession& session, const std::string& lease,

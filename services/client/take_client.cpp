@@ -24,13 +24,15 @@ absl::StatusOr<v1::RecordedTake> TakeClient::Stop(const std::string& id) {
 
 absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash, const std::string& words) {
   v1::ListTakesRequest request;
-  request.set_limit(limit);
   request.set_trash(trash);
   request.set_words(words);
-  return CallDaemon<v1::ListTakesResponse>(connection_,
-                                           [&](grpc::ClientContext* context, v1::ListTakesResponse* answer) {
-                                             return stub_->ListTakes(context, request, answer);
-                                           });
+  constexpr int kUsual = 100;  // as the daemon's
+  return CallForPages<v1::ListTakesResponse>(
+      connection_, request, limit == 0 ? kUsual : limit,
+      [&](grpc::ClientContext* context, const v1::ListTakesRequest& asked, v1::ListTakesResponse* answer) {
+        return stub_->ListTakes(context, asked, answer);
+      },
+      [](const v1::ListTakesResponse& answer) { return answer.takes_size(); });
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Describe(const v1::DescribeTakeRequest& request) {

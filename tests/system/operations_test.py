@@ -125,6 +125,11 @@ class Operations(StudioTest):
         self.assertEqual([one["state"] for one in operations], ["JOB_STATE_CANCELLED"])
         self.assertIn("cancelled  weft template build", self.there("operation", "list").stdout)
         self.assertFalse(os.path.exists(self.path("never")))
+        # Lists tell what it is about; it is removed with its files.
+        self.assertIn(self.take, self.there("operation", "list").stdout)
+        self.assertIn("is deleted", self.there("operation", "delete", operations[0]["id"]).stdout)
+        self.assertEqual(os.listdir(os.path.join(self.state, "operations")), [])
+        self.assertIn("no operation", self.there("operation", "delete", operations[0]["id"], check=2).stderr)
 
     def test_begin_anew_when_the_daemon_was_killed(self):
         take = self.make_take()

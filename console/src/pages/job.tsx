@@ -7,6 +7,7 @@ import { FrameState } from "@api/report_pb";
 import { client, mayAs } from "../app_state";
 import { asApiError } from "../api/error";
 import type { ApiError } from "../api/error";
+import { allFrames } from "../api/frames";
 import { useAction, useWatch } from "../hooks";
 import { useShortcuts } from "../keys";
 import { hrefOf } from "../router";
@@ -30,8 +31,8 @@ export function useFrames(id: string): { job: Job | undefined; frames: FrameInfo
     setFrames((known) => merged(known, news.current));
   });
   useEffect(() => {
-    client.call(Jobs.method.listFrames, { jobId: id }).then(
-      ({ frames: all }) => setFrames(merged(all, news.current)),
+    allFrames(client, id).then(
+      (all) => setFrames(merged(all, news.current)),
       (reason: unknown) => setListError(asApiError(reason)),
     );
   }, [id, connections]);

@@ -6,7 +6,7 @@ import { Operations } from "@api/operations_pb";
 import type { Operation } from "@api/operations_pb";
 import { client, mayAs } from "../app_state";
 import { useCall, useWatch } from "../hooks";
-import { hrefOf, route } from "../router";
+import { go, hrefOf, route } from "../router";
 import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
 import { FileTable } from "../ui/file_table";
@@ -29,6 +29,19 @@ function cancelQuestion(operation: Operation): Question {
     verb: "Cancel it",
     isGrave: true,
     run: () => client.call(Operations.method.cancelOperation, { operationId: operation.id }),
+  };
+}
+
+function deleteQuestion(operation: Operation): Question {
+  return {
+    title: `Delete “${operation.spec?.command}”?`,
+    text: <p>The files that it wrote are removed for good. A take that it made stays.</p>,
+    verb: "Delete it",
+    isGrave: true,
+    run: async () => {
+      await client.call(Operations.method.deleteOperation, { operationId: operation.id });
+      go("operations");
+    },
   };
 }
 
@@ -59,7 +72,7 @@ function OperationList() {
                   {operation.spec?.command}
                 </a>
               </td>
-              <td>{shortName(operation.spec?.inputs[0]?.value ?? "")}</td>
+              <td>{shortName(operation.about)}</td>
               <td>{operation.state === JobState.RUNNING ? <Progress share={operation.shareDone} label="Done" /> : <OperationState operation={operation} />}</td>
               <td class="number">{timeText(operation.startedUnixNs)}</td>
               <td class="number">
@@ -92,12 +105,16 @@ function OperationPage({ id }: { id: string }) {
     <Page
       title={spec?.command ?? ""}
       actions={
-        !hasEnded(operation) &&
-        mayAs(Role.CLIENT) && (
+        mayAs(Role.CLIENT) &&
+        (hasEnded(operation) ? (
+          <button type="button" onClick={() => setQuestion(deleteQuestion(operation))}>
+            Delete
+          </button>
+        ) : (
           <button type="button" onClick={() => setQuestion(cancelQuestion(operation))}>
             Cancel
           </button>
-        )
+        ))
       }
     >
       <Failure error={error} />
@@ -138,6 +155,7 @@ function Files({ id }: { id: string }) {
       <h2>Files</h2>
       <Failure error={error} />
       <FileTable files={value?.files ?? []} url={url} opens />
+      {value?.nextPageToken && <p class="empty">There are more files: `weft` and the Python client list all of them.</p>}
     </>
   );
 }

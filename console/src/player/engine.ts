@@ -5,6 +5,7 @@ import { FrameState } from "@api/report_pb";
 import type { Camera as RigCamera } from "@api/rig_pb";
 import type { Client } from "../api/client";
 import { ApiError, asApiError } from "../api/error";
+import { allFrames } from "../api/frames";
 import { roundRange } from "./colors";
 import type { Coloring } from "./colors";
 import { Coverage } from "./coverage";
@@ -219,9 +220,9 @@ export class Engine {
     this.shownOther = undefined;
     this.scene.show(1, null);
     if (jobId) {
-      const [job, { frames }] = await Promise.all([
+      const [job, frames] = await Promise.all([
         this.client.call(Jobs.method.getJob, { jobId }),
-        this.client.call(Jobs.method.listFrames, { jobId }),
+        allFrames(this.client, jobId),
       ]);
       const shared = this.sharedFrames(own, job, frames.filter(hasMesh));
       this.otherPlaces = new Map(shared.map((frame, i) => [frame.frame, i]));

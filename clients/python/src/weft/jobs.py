@@ -14,7 +14,7 @@ from weft.formats.mesh import Mesh
 from weft.formats.messages import parse_message
 from weft.formats.observations import Observations
 from weft.library import Library, Progress, reference
-from weft.listing import Listing
+from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.jobs_pb2_grpc import JobsStub
@@ -44,7 +44,8 @@ class Jobs:
 
     def submit(self, spec: v1.RegistrationSpec, *, priority: int = 0, idempotency_key: str = "") -> v1.Job:
         """Queues a job. Paths of the spec are the daemon's, "take:ID" or "library:NAME"; without `out` the results stay
-        below the daemon's state folder, for fetch(). Higher priority goes first, -100 to 100. With `spec.driving` an avatar
+        below the daemon's state folder, for fetch(). Higher priority goes first, -100 to 100; above 10 is for
+        operators. With `spec.driving` an avatar
         drives the frames, v1.DrivingSpec(avatar="library:shirt", cameras=["front", "back"]).
 
         The request has an idempotency key, so it is repeated safely where its answer was lost. InvalidArgument, NotFound and
@@ -71,13 +72,16 @@ class Jobs:
 
     def list(self, limit: int = 100) -> Listing[v1.Job]:
         """The newest first."""
-        answer = self._connection.call(self._stub.ListJobs, v1.ListJobsRequest(limit=limit), v1.ListJobsResponse, harmless=True)
-        return Listing(answer, "jobs")
+        def page(request: v1.ListJobsRequest) -> v1.ListJobsResponse:
+            return self._connection.call(self._stub.ListJobs, request, v1.ListJobsResponse, harmless=True)
+
+        return listing_of_pages(page, v1.ListJobsRequest(), "jobs", limit or USUAL_LIMIT)
 
     def frames(self, job_id: str) -> Sequence[v1.FrameInfo]:
-        answer = self._connection.call(self._stub.ListFrames, v1.ListFramesRequest(job_id=job_id), v1.ListFramesResponse,
-                                       harmless=True)
-        return list(answer.frames)
+        def page(request: v1.ListFramesRequest) -> v1.ListFramesResponse:
+            return self._connection.call(self._stub.ListFrames, request, v1.ListFramesResponse, harmless=True)
+
+        return list(listing_of_pages(page, v1.ListFramesRequest(job_id=job_id), "frames"))
 
     def cancel(self, job_id: str) -> v1.Job:
         """Finished frames stay."""

@@ -12,7 +12,7 @@ import grpc
 from weft import v1
 from weft.connection import Connection
 from weft.errors import (Aborted, DataLoss, FailedPrecondition, Internal, NotFound, OutOfRange, WeftError)
-from weft.listing import Listing
+from weft.listing import Listing, listing_of_pages
 from weft.local_item import LocalItem, has_hash, list_local_item, name_of_path
 from weft.retry import Backoff, may_be_repeated
 from weft.storage import check_name, folder_below, written_atomically
@@ -142,9 +142,10 @@ class Library:
 
     def list(self, kind: str = "") -> Listing[v1.LibraryItem]:
         """All items, or those of a kind, and which of them are damaged."""
-        request = v1.ListItemsRequest(kind=kind_of(kind)) if kind else v1.ListItemsRequest()
-        answer = self._connection.call(self._stub.ListItems, request, v1.ListItemsResponse, harmless=True, timeout_s=_PATIENCE_S)
-        return Listing(answer, "items")
+        def page(request: v1.ListItemsRequest) -> v1.ListItemsResponse:
+            return self._connection.call(self._stub.ListItems, request, v1.ListItemsResponse, harmless=True, timeout_s=_PATIENCE_S)
+
+        return listing_of_pages(page, v1.ListItemsRequest(kind=kind_of(kind)) if kind else v1.ListItemsRequest(), "items")
 
     def get(self, kind: str, item: str) -> v1.LibraryItem:
         """With its manifest."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Sequence, TypeVar, overload
+from typing import Any, Callable, Sequence, TypeVar, overload
 
 from google.protobuf.message import Message
 
 T = TypeVar("T")
+Request = TypeVar("Request", bound=Message)
+Answer = TypeVar("Answer", bound=Message)
 
 
 class Listing(Sequence[T]):
@@ -38,3 +40,20 @@ class Listing(Sequence[T]):
 
     def __repr__(self) -> str:
         return f"Listing({list(self._items())!r})"
+
+
+USUAL_LIMIT = 100  # of the daemon, where nobody says how many
+
+
+def listing_of_pages(call: Callable[[Request], Answer], request: Request, field: str, most: int = 0) -> Listing[Any]:
+    """The pages of a list as one: the first `most` entries, or all where it is 0."""
+    asked: Any = request
+    asked.limit = most
+    answer: Any = call(request)
+    while answer.next_page_token and (most == 0 or len(getattr(answer, field)) < most):
+        asked.page_token = answer.next_page_token
+        asked.limit = most - len(getattr(answer, field)) if most else 0
+        page: Any = call(request)
+        answer.MergeFrom(page)
+        answer.next_page_token = page.next_page_token
+    return Listing(answer, field)

@@ -8,7 +8,7 @@ from typing import Mapping, Optional, Sequence
 from weft import v1
 from weft.connection import Connection, Watch, new_key
 from weft.library import Progress
-from weft.listing import Listing
+from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.operations_pb2_grpc import OperationsStub
@@ -28,7 +28,7 @@ def operation_spec(command: str, inputs: Words, options: Optional[Words] = None,
 
 
 class Operations:
-    """Starts, watches and cancels operations, and fetches what they wrote."""
+    """Starts, watches, cancels and deletes operations, and fetches what they wrote."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._stub = connection, OperationsStub(connection.channel)
@@ -42,14 +42,21 @@ class Operations:
                                      harmless=True)
 
     def list(self, limit: int = 100) -> Listing[v1.Operation]:
-        """The newest first."""
-        answer = self._connection.call(self._stub.ListOperations, v1.ListOperationsRequest(limit=limit),
-                                       v1.ListOperationsResponse, harmless=True)
-        return Listing(answer, "operations")
+        """The newest first, without inputs, options and output, which get() has."""
+        def page(request: v1.ListOperationsRequest) -> v1.ListOperationsResponse:
+            return self._connection.call(self._stub.ListOperations, request, v1.ListOperationsResponse, harmless=True)
+
+        return listing_of_pages(page, v1.ListOperationsRequest(), "operations", limit or USUAL_LIMIT)
 
     def cancel(self, operation_id: str) -> v1.Operation:
         return self._connection.call(self._stub.CancelOperation, v1.CancelOperationRequest(operation_id=operation_id),
                                      v1.Operation, harmless=True)
+
+    def delete(self, operation_id: str) -> v1.Operation:
+        """Removes one that has ended, with the files that it wrote; a take that it made stays. PermissionDenied: it is
+        somebody else's."""
+        return self._connection.call(self._stub.DeleteOperation, v1.DeleteOperationRequest(operation_id=operation_id),
+                                     v1.Operation, harmless=False)
 
     def watch(self, operation_id: str, timeout_s: Optional[float] = None) -> Watch[v1.Operation]:
         """The state now, then every change, until it has ended. It begins anew where the daemon was killed."""
@@ -65,9 +72,10 @@ class Operations:
 
     def files(self, operation_id: str) -> Sequence[v1.OperationFile]:
         """What it wrote; it must be done."""
-        request = v1.ListOperationFilesRequest(operation_id=operation_id)
-        answer = self._connection.call(self._stub.ListOperationFiles, request, v1.ListOperationFilesResponse, harmless=True)
-        return list(answer.files)
+        def page(request: v1.ListOperationFilesRequest) -> v1.ListOperationFilesResponse:
+            return self._connection.call(self._stub.ListOperationFiles, request, v1.ListOperationFilesResponse, harmless=True)
+
+        return list(listing_of_pages(page, v1.ListOperationFilesRequest(operation_id=operation_id), "files"))
 
     def fetch(self, operation_id: str, folder: str | os.PathLike[str], progress: Optional[Progress] = None) -> Sequence[str]:
         """Writes everything that it wrote below `folder`; the paths."""

@@ -9,7 +9,7 @@ from typing import Iterator, Optional
 from weft import v1
 from weft.connection import Connection, new_key
 from weft.errors import Unavailable, WeftError
-from weft.listing import Listing
+from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
 from weft.v1.sessions_pb2_grpc import SessionsStub
 
 
@@ -44,9 +44,10 @@ class Sessions:
 
     def list(self, limit: int = 100) -> Listing[v1.CaptureSession]:
         """The newest first."""
-        answer = self._connection.call(self._stub.ListSessions, v1.ListSessionsRequest(limit=limit),
-                                       v1.ListSessionsResponse, harmless=True)
-        return Listing(answer, "sessions")
+        def page(request: v1.ListSessionsRequest) -> v1.ListSessionsResponse:
+            return self._connection.call(self._stub.ListSessions, request, v1.ListSessionsResponse, harmless=True)
+
+        return listing_of_pages(page, v1.ListSessionsRequest(), "sessions", limit or USUAL_LIMIT)
 
     @contextlib.contextmanager
     def hold(self, request: v1.OpenSessionRequest) -> Iterator[v1.CaptureSession]:

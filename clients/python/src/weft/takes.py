@@ -6,7 +6,7 @@ from typing import Optional
 
 from weft import v1
 from weft.connection import Connection, Watch, new_key
-from weft.listing import Listing
+from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
 from weft.v1.takes_pb2_grpc import TakesStub
 
 
@@ -54,9 +54,10 @@ class Takes:
     def list(self, limit: int = 100, trash: bool = False, words: str = "") -> Listing[v1.RecordedTake]:
         """The newest first; those in the trash instead where asked for. `words`: those alone in whose slate, name, notes, id or
         timecode all of them stand, whatever their case."""
-        request = v1.ListTakesRequest(limit=limit, trash=trash, words=words)
-        answer = self._connection.call(self._stub.ListTakes, request, v1.ListTakesResponse, harmless=True)
-        return Listing(answer, "takes")
+        def page(request: v1.ListTakesRequest) -> v1.ListTakesResponse:
+            return self._connection.call(self._stub.ListTakes, request, v1.ListTakesResponse, harmless=True)
+
+        return listing_of_pages(page, v1.ListTakesRequest(trash=trash, words=words), "takes", limit or USUAL_LIMIT)
 
     def describe(self, take_id: str, slate: str = "", notes: str = "", name: Optional[str] = None) -> v1.RecordedTake:
         """Replaces slate and notes, and the name where one is given; also while the take is recorded."""
