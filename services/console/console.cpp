@@ -68,6 +68,8 @@ class Console::Impl {
     const std::string& path = exchange.target.path;
     const bool reads = exchange.method == "GET" || exchange.method == "HEAD";
     const bool posts = exchange.method == "POST";
+    const absl::StatusOr<BrowserSession> session = sessions_.Find(CookieOf(exchange));
+    if (session.ok()) exchange.recognize(session->caller.name);
     if (reads && !exchange.is_upgrade && (path == "/" || pages_.contains(path))) {
       co_await exchange.Send(Page(exchange));
     } else if (posts && path == "/login") {
@@ -76,13 +78,10 @@ class Console::Impl {
       HttpReply reply = ErrorReply(absl::UnimplementedError("GET, HEAD and POST are answered"));
       reply.status = 405;
       co_await exchange.Send(std::move(reply));
+    } else if (session.ok()) {
+      co_await AnswerUser(exchange, *session);
     } else {
-      const absl::StatusOr<BrowserSession> session = sessions_.Find(CookieOf(exchange));
-      if (session.ok()) {
-        co_await AnswerUser(exchange, *session);
-      } else {
-        co_await exchange.Send(ErrorReply(session.status()));
-      }
+      co_await exchange.Send(ErrorReply(session.status()));
     }
   }
 
@@ -158,6 +157,7 @@ class Console::Impl {
       co_await exchange.Send(ErrorReply(begun.status()));
       co_return;
     }
+    exchange.recognize(begun->session.caller.name);
     entry.set_caller(EscapedText(begun->session.caller.name));
     audit_.Record(entry);
     HttpReply reply = UserReply(begun->session);

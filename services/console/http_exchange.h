@@ -4,6 +4,7 @@
 #include "services/console/awaitable.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,9 +41,12 @@ class HttpExchange {
 
   std::string method;  // "GET"
   RequestTarget target;
-  std::string peer;         // "10.0.0.5"
+  std::string peer;         // "10.0.0.5", or a network (network.h)
   bool uses_tls = false;    // between the browser and this server, or a proxy before it
   bool is_upgrade = false;  // asks for a WebSocket
+
+  // The connection showed whose it is, which keeps it from making room for others.
+  std::function<void(const std::string& account)> recognize = [](const std::string&) {};
 
   // Empty: there is none.
   virtual std::string Header(std::string_view name) const = 0;

@@ -1,6 +1,8 @@
 #include "services/console/http_listener.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -17,6 +19,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/access/file_stamp.h"
+#include "services/callers/network.h"
 #include "services/console/http_connection.h"
 #include "services/console/json_messages.h"
 #include "services/files/atomic_file.h"
@@ -92,7 +95,10 @@ std::optional<HttpReply> CheckRequest(const HttpExchange& exchange, const HttpLi
 class HttpListener::Impl {
  public:
   Impl(HttpListenerOptions options, Handler handler)
-      : options_(std::move(options)), handler_(std::move(handler)), acceptor_(asio::make_strand(io_)) {}
+      : options_(std::move(options)),
+        handler_(std::move(handler)),
+        door_(options_.door),
+        acceptor_(asio::make_strand(io_)) {}
   ~Impl() { Stop(); }
 
   absl::Status Begin(UniqueFd socket) {
@@ -153,20 +159,48 @@ class HttpListener::Impl {
     return tls_;
   }
 
-  bool Enter(const std::string& peer) {
+  // A connection with its place in the door.
+  struct Guest {
+    uint64_t place = 0;
+    std::string peer;
+    std::chrono::steady_clock::time_point came;
+    bool is_known = false;
+    bool timed_out = false;
+  };
+
+  // None: it is refused.
+  std::optional<Guest> Enter(tcp::socket& socket, const std::string& peer) {
+    const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
-    if (open_ >= options_.connections || of_peer_[peer] >= options_.connections_of_one_address) {
-      if (of_peer_[peer] == 0) of_peer_.erase(peer);
-      return false;
+    const std::optional<Door::Entry> entry = door_.Enter(peer, now);
+    if (!entry) {
+      WarnOfRefusal(peer, now);
+      return std::nullopt;
     }
-    ++open_;
-    ++of_peer_[peer];
-    return true;
+    if (entry->displaced) {
+      const auto displaced = sockets_.find(*entry->displaced);
+      if (displaced != sockets_.end()) shutdown(displaced->second.get(), SHUT_RDWR);
+    }
+    // A descriptor of its own, so that no other file has its number by then.
+    sockets_[entry->place] = UniqueFd(fcntl(socket.native_handle(), F_DUPFD_CLOEXEC, 0));
+    return Guest{entry->place, peer, now};
   }
-  void Leave(const std::string& peer) {
+  void Recognize(Guest& guest, const std::string& account) {
     const std::lock_guard lock(mutex_);
-    --open_;
-    if (--of_peer_[peer] == 0) of_peer_.erase(peer);
+    guest.is_known = door_.Recognize(guest.place, account, std::chrono::steady_clock::now());
+    if (guest.is_known) sockets_.erase(guest.place);
+  }
+  void Leave(const Guest& guest) {
+    const std::lock_guard lock(mutex_);
+    sockets_.erase(guest.place);
+    door_.Leave(guest.place, guest.timed_out, std::chrono::steady_clock::now());
+  }
+  void WarnOfRefusal(const std::string& peer, std::chrono::steady_clock::time_point now) {
+    constexpr std::chrono::seconds kQuiet{10};
+    if (now - warned_ < kQuiet) return;
+    warned_ = now;
+    spdlog::warn("console: connections of {} are refused: it makes too many, or leaves requests unfinished",
+                 peer);
   }
 
   asio::awaitable<void> Accept() {
@@ -181,48 +215,57 @@ class HttpListener::Impl {
         continue;
       }
       const tcp::endpoint remote = socket.remote_endpoint(error);
-      const std::string peer = error ? "" : remote.address().to_string();
-      if (error || !Enter(peer)) continue;
+      if (error) continue;
+      std::optional<Guest> guest = Enter(socket, NetworkOf(remote.address().to_string()));
+      if (!guest) continue;
       socket.set_option(tcp::no_delay(true), error);
       const auto executor = socket.get_executor();
-      asio::co_spawn(executor, Serve(std::move(socket), peer), asio::detached);
+      asio::co_spawn(executor, Serve(std::move(socket), *std::move(guest)), asio::detached);
     }
   }
 
-  asio::awaitable<void> Serve(tcp::socket socket, std::string peer) {
+  asio::awaitable<void> Serve(tcp::socket socket, Guest guest) {
     try {
       if (options_.uses_tls) {
         const std::shared_ptr<asio::ssl::context> tls = CurrentTls();
         TlsStream stream(PlainStream(std::move(socket)), *tls);
         beast::error_code error;
-        beast::get_lowest_layer(stream).expires_after(options_.patience);
+        beast::get_lowest_layer(stream).expires_at(guest.came + options_.stranger_patience);
         co_await stream.async_handshake(asio::ssl::stream_base::server,
                                         asio::redirect_error(asio::use_awaitable, error));
-        if (!error) co_await Requests(stream, peer);
+        if (!error) co_await Requests(stream, guest);
       } else {
         PlainStream stream(std::move(socket));
-        co_await Requests(stream, peer);
+        co_await Requests(stream, guest);
       }
     } catch (const std::exception& failure) {
       spdlog::warn("console: {}", failure.what());
     }
-    Leave(peer);
+    Leave(guest);
   }
 
   template <typename Stream>
-  asio::awaitable<void> Requests(Stream& stream, const std::string& peer) {
+  asio::awaitable<void> Requests(Stream& stream, Guest& guest) {
     beast::flat_buffer buffer;
     for (bool is_first = true;; is_first = false) {
       typename ExchangeOf<Stream>::Parser parser;
       parser.header_limit(kLargestHeader_bytes);
       parser.body_limit(kLargestBody_bytes);
       beast::error_code error;
-      beast::get_lowest_layer(stream).expires_after(is_first ? options_.patience : options_.idle);
+      if (is_first) {
+        beast::get_lowest_layer(stream).expires_at(guest.came + options_.stranger_patience);
+      } else {
+        beast::get_lowest_layer(stream).expires_after(guest.is_known ? options_.idle
+                                                                     : options_.stranger_patience);
+      }
       co_await http::async_read_header(stream, buffer, parser,
                                        asio::redirect_error(asio::use_awaitable, error));
+      // Browsers open connections ahead of their requests, and say nothing on them.
+      guest.timed_out = error == beast::error::timeout && buffer.size() > 0;
       if (error) co_return;
       ExchangeOf<Stream> exchange(stream, buffer, parser, options_.patience);
-      co_await Answer(parser, exchange, peer);
+      exchange.recognize = [this, &guest](const std::string& account) { Recognize(guest, account); };
+      co_await Answer(parser, exchange, guest.peer);
       if (exchange.upgraded()) co_return;
       if (!exchange.keeps()) {
         // Sends what TCP still has; a browser that waits for more gets the end.
@@ -262,8 +305,9 @@ class HttpListener::Impl {
   std::string tls_stamp_;
   std::vector<std::string> tls_names_;
   std::chrono::steady_clock::time_point looked_;
-  int open_ = 0;
-  std::map<std::string, int> of_peer_;
+  Door door_;
+  std::map<uint64_t, UniqueFd> sockets_;  // of strangers, by their places
+  std::chrono::steady_clock::time_point warned_;
   asio::io_context io_;
   tcp::acceptor acceptor_;
   std::vector<std::thread> threads_;

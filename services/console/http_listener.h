@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/access/certificates.h"
+#include "services/callers/door.h"
 #include "services/console/http_exchange.h"
 #include "services/files/unique_fd.h"
 
@@ -20,18 +21,19 @@ struct HttpListenerOptions {
   std::vector<std::string> host_names;  // as those of IsHostOfOurs, besides those of the certificate
   TlsFiles tls;                         // read again when they change
   bool uses_tls = false;
-  int connections = 256, connections_of_one_address = 96;
-  std::chrono::seconds patience{15};  // with a request that does not end, and an answer that is not taken
-  std::chrono::seconds idle{75};      // between requests
+  DoorLimits door;
+  std::chrono::seconds patience{15};  // with a body that does not end, and an answer that is not taken
+  std::chrono::seconds idle{75};      // between requests of those that showed whose they are
+  std::chrono::seconds stranger_patience{5};  // with others: handshake and first request, or the next one
   int threads = 2;
 };
 
-// By Boost.Beast, since libmicrohttpd and cpp-httplib have no WebSockets, and the latter a thread per
-// connection. Headers beyond 16 KiB and bodies beyond 1 MiB end the connection. Refused before the handler is
-// asked: a Host that is none of ours, an Origin that is not the server's own, requests that a browser says
-// come from another site, unless somebody follows a link. A proxy that ends TLS is heard
-// (X-Forwarded-Host, X-Forwarded-Proto), since pages cannot send what it says. Every answer forbids sniffing,
-// framing, and all content from elsewhere.
+// Its connections stand in a Door. By Boost.Beast, since libmicrohttpd and cpp-httplib have no WebSockets,
+// and the latter a thread per connection. Headers beyond 16 KiB and bodies beyond 1 MiB end the connection.
+// Refused before the handler is asked: a Host that is none of ours, an Origin that is not the server's own,
+// requests that a browser says come from another site, unless somebody follows a link. A proxy that ends TLS
+// is heard (X-Forwarded-Host, X-Forwarded-Proto), since pages cannot send what it says. Every answer forbids
+// sniffing, framing, and all content from elsewhere.
 class HttpListener {
  public:
   using Handler = std::function<boost::asio::awaitable<void>(HttpExchange& exchange)>;

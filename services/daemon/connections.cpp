@@ -291,8 +291,11 @@ std::string Connections::WhyRefused(const Slot& slot, const Peer& peer) {
 }
 
 bool Connections::HasRoom(const Slot& slot, const Peer& peer) const {
-  const int all = limits_.all + (IsOwner(peer) ? limits_.reserve : 0);
-  return static_cast<int>(open_.size()) < all && slot.open < limits_.of_one_peer;
+  const int free = limits_.all - static_cast<int>(open_.size());
+  if (slot.open >= limits_.of_one_peer) return false;
+  if (IsOwner(peer)) return free + limits_.reserve > 0;
+  // A few peers leave room for the next, as FairShare does.
+  return free > 0 && (slot.open == 0 || slot.open + 1 <= (free - 1) / 2);
 }
 
 void Connections::CountOpen() {

@@ -23,6 +23,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "services/callers/network.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
@@ -195,7 +196,7 @@ Peer PeerOf(int socket) {
   }
   std::array<char, INET6_ADDRSTRLEN> text{};
   inet_ntop(ends->family, ends->there.address.data(), text.data(), text.size());
-  return {text.data(), std::nullopt};
+  return {NetworkOf(text.data()), std::nullopt};
 }
 
 std::string TrustedUserOf(const Peer& peer) {

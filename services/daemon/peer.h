@@ -9,7 +9,7 @@
 namespace weft {
 
 struct Peer {
-  std::string name;          // for people: "user anna" or "10.0.0.5"
+  std::string name;  // for people and limits: "user anna", "10.0.0.5" or "2001:db8:1:2::/64" (network.h)
   std::optional<uid_t> uid;  // of a user of this machine, as the kernel says it
 
   bool operator==(const Peer&) const = default;

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <microhttpd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "services/callers/network.h"
 
 namespace weft {
 namespace {
@@ -59,7 +61,12 @@ std::string PeerOf(MHD_Connection* connection) {
           ? static_cast<const void*>(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr)
           : &reinterpret_cast<const sockaddr_in&>(address).sin_addr;
   const char* named = inet_ntop(address.sa_family, bytes, text, sizeof text);
-  return named == nullptr ? "" : named;
+  return named == nullptr ? "" : NetworkOf(named);
+}
+
+void* GuestOf(MHD_Connection* connection) {
+  const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+  return info == nullptr ? nullptr : info->socket_context;
 }
 
 // Why a request is not for us; 200: it is.
@@ -123,6 +130,17 @@ struct HttpServer::Running {
     MHD_stop_daemon(daemon);
   }
 
+  static void Notify(void* self, MHD_Connection* connection, void** guest,
+                     MHD_ConnectionNotificationCode code) {
+    auto& running = *static_cast<Running*>(self);
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+      running.server->Leave(guest);
+      return;
+    }
+    const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info != nullptr) running.server->Enter(guest, info->connect_fd, PeerOf(connection));
+  }
+
   // MHD calls once with the headers, and once more with the end of the body.
   static MHD_Result Handle(void* self, MHD_Connection* connection, const char* url, const char* method,
                            const char* /*version*/, const char* /*body*/, size_t* body_bytes, void** state) {
@@ -137,7 +155,10 @@ struct HttpServer::Running {
     const HttpRequest request{url, BearerOf(HeaderOf(connection, MHD_HTTP_HEADER_AUTHORIZATION)),
                               PeerOf(connection)};
     try {
-      return Send(connection, running.server->answer_(request));
+      const HttpAnswer answer = running.server->answer_(request);
+      if (answer.status == MHD_HTTP_OK && !request.token.empty())
+        running.server->Recognize(GuestOf(connection), request.token);
+      return Send(connection, answer);
     } catch (const std::exception&) {
       return Send(connection, {MHD_HTTP_INTERNAL_SERVER_ERROR, "text/plain; charset=utf-8", "failed\n"});
     }
@@ -145,7 +166,48 @@ struct HttpServer::Running {
 };
 
 HttpServer::HttpServer(UniqueFd socket, HttpServerOptions options, Answer answer)
-    : socket_(std::move(socket)), options_(std::move(options)), answer_(std::move(answer)) {}
+    : socket_(std::move(socket)),
+      options_(std::move(options)),
+      door_({.all = options_.connections,
+             .kept = options_.connections / 2,
+             .of_one_peer = options_.connections_of_one_address}),
+      answer_(std::move(answer)) {}
+
+void HttpServer::Enter(void** guest, int socket, const std::string& peer) {
+  const Door::Time now = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  // MHD ends what is silent, and not what sends a byte from time to time.
+  for (const auto& [place, stranger] : strangers_) {
+    if (now - stranger.came > options_.patience) shutdown(stranger.socket, SHUT_RDWR);
+  }
+  const std::optional<Door::Entry> entry = door_.Enter(peer, now);
+  if (!entry) {
+    shutdown(socket, SHUT_RDWR);
+    return;
+  }
+  if (entry->displaced) {
+    const auto displaced = strangers_.find(*entry->displaced);
+    if (displaced != strangers_.end()) shutdown(displaced->second.socket, SHUT_RDWR);
+  }
+  strangers_[entry->place] = {socket, now};
+  *guest = new uint64_t(entry->place);
+}
+
+void HttpServer::Recognize(void* guest, const std::string& token) {
+  if (guest == nullptr) return;
+  const std::lock_guard lock(mutex_);
+  const uint64_t place = *static_cast<uint64_t*>(guest);
+  if (door_.Recognize(place, token, std::chrono::steady_clock::now())) strangers_.erase(place);
+}
+
+void HttpServer::Leave(void** guest) {
+  const std::unique_ptr<uint64_t> place(static_cast<uint64_t*>(*guest));
+  *guest = nullptr;
+  if (!place) return;
+  const std::lock_guard lock(mutex_);
+  strangers_.erase(*place);
+  door_.Leave(*place, false, std::chrono::steady_clock::now());
+}
 
 HttpServer::~HttpServer() = default;
 
@@ -164,13 +226,15 @@ absl::StatusOr<std::unique_ptr<HttpServer::Running>> HttpServer::Run(const HttpS
   running->server = this;
   running->options = options;
   const bool tls = !options.key_pem.empty();
+  const int listening = fcntl(socket_.get(), F_DUPFD_CLOEXEC, 0);
   std::vector<MHD_OptionItem> settings = {
-      {MHD_OPTION_CONNECTION_LIMIT, options.connections, nullptr},
-      {MHD_OPTION_PER_IP_CONNECTION_LIMIT, options.connections_of_one_address, nullptr},
+      // The door counts; those that it displaced are still there for a moment.
+      {MHD_OPTION_CONNECTION_LIMIT, 2 * options.connections, nullptr},
+      {MHD_OPTION_NOTIFY_CONNECTION, reinterpret_cast<intptr_t>(&Running::Notify), running.get()},
       {MHD_OPTION_CONNECTION_TIMEOUT, options.patience.count(), nullptr},
       {MHD_OPTION_CONNECTION_MEMORY_LIMIT, static_cast<intptr_t>(kConnectionMemory_bytes), nullptr},
       // The next server on the socket goes on with it.
-      {MHD_OPTION_LISTEN_SOCKET, fcntl(socket_.get(), F_DUPFD_CLOEXEC, 0), nullptr}};
+      {MHD_OPTION_LISTEN_SOCKET, listening, nullptr}};
   if (tls) {
     settings.push_back(
         {MHD_OPTION_HTTPS_MEM_CERT, 0, const_cast<char*>(running->options.certificate_pem.c_str())});
@@ -183,7 +247,7 @@ absl::StatusOr<std::unique_ptr<HttpServer::Running>> HttpServer::Run(const HttpS
   running->daemon = MHD_start_daemon(flags, 0, nullptr, nullptr, &Running::Handle, running.get(),
                                      MHD_OPTION_ARRAY, settings.data(), MHD_OPTION_END);
   if (running->daemon != nullptr) return running;
-  close(static_cast<int>(settings[4].value));
+  close(listening);
   return absl::InvalidArgumentError(
       tls ? "no HTTPS server starts with this certificate and key; do they belong together?"
           : "no HTTP server starts");

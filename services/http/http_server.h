@@ -5,11 +5,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/callers/door.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
@@ -17,7 +19,7 @@ namespace weft {
 struct HttpRequest {
   std::string path;   // "/metrics", without the query
   std::string token;  // of "Authorization: Bearer"; empty: none
-  std::string peer;   // "10.0.0.5"
+  std::string peer;   // "10.0.0.5", or a network (network.h)
 };
 
 struct HttpAnswer {
@@ -31,13 +33,16 @@ struct HttpServerOptions {
   // be a foreign site's, which points its name at this machine.
   std::vector<std::string> host_names;
   std::string certificate_pem, key_pem;  // both, or neither: plain HTTP
-  int connections = 64, connections_of_one_address = 16;
-  std::chrono::seconds patience{10};  // with a connection that says nothing
+  int connections = 64,
+      connections_of_one_address = 16;  // half of them for those that showed a token (door.h)
+  std::chrono::seconds patience{
+      10};  // with a connection that says nothing, or no whole request of a stranger
 };
 
-// Answers GET and HEAD in one thread of its own. Refused without asking `answer`: other methods, requests
-// with a body, an Origin that is not the server's own, and a Host that is none of ours from whoever shows no
-// token, which no foreign site can. Thread safety: any thread.
+// Answers GET and HEAD in one thread of its own. Who got an answer of status 200 with a token is no stranger.
+// Refused without asking `answer`: other methods, requests with a body, an Origin that is not the server's
+// own, and a Host that is none of ours from whoever shows no token, which no foreign site can. Thread safety:
+// any thread.
 class HttpServer {
  public:
   using Answer = std::function<HttpAnswer(const HttpRequest& request)>;
@@ -56,8 +61,20 @@ class HttpServer {
   HttpServer(UniqueFd socket, HttpServerOptions options, Answer answer);
   absl::StatusOr<std::unique_ptr<Running>> Run(const HttpServerOptions& options);
 
+  // A connection came or went, or showed a token; by MHD's threads.
+  void Enter(void** guest, int socket, const std::string& peer);
+  void Recognize(void* guest, const std::string& token);
+  void Leave(void** guest);
+
   const UniqueFd socket_;
   HttpServerOptions options_;
+  std::mutex mutex_;
+  Door door_;
+  struct Stranger {
+    int socket = -1;
+    Door::Time came;
+  };
+  std::map<uint64_t, Stranger> strangers_;  // by their places
   const Answer answer_;
   std::unique_ptr<Running> running_;
 };

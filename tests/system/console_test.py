@@ -279,6 +279,27 @@ class Console(DaemonProcess, unittest.TestCase):
         self.assertIn("attachment", page.ask("GET", target + "&save_as=b.png")[0].getheader("Content-Disposition"))
         self.assertEqual(page.ask("HEAD", target)[1], b"")
 
+    def test_half_requests_of_a_few_addresses_shut_nobody_out(self):
+        page = self.page(self.viewer)
+        held = []
+        for number in range(21, 24):
+            for _ in range(96):
+                stranger = socket.create_connection(("127.0.0.1", self.port), timeout=30, source_address=(f"127.0.0.{number}", 0))
+                stranger.sendall(b"GET / HT")
+                held.append(stranger)
+        for _ in range(12):
+            self.assertEqual(page.ask("GET", "/session")[0].status, 200)
+        self.assertEqual(Page(self.port).log_in(self.viewer)[0].status, 200)
+        # A request that does not end is given up soon.
+        for stranger in (held[0], held[-1]):
+            stranger.settimeout(10)
+            try:
+                self.assertEqual(stranger.recv(1), b"")
+            except ConnectionResetError:
+                pass
+        for stranger in held:
+            stranger.close()
+
     def test_one_address_cannot_hold_all_connections(self):
         page = self.page(self.viewer)
         held = [socket.create_connection(("127.0.0.1", self.port), timeout=30) for _ in range(90)]
