@@ -207,12 +207,14 @@ TEST_F(OperationQueueTest, FilesAreFoundByTheirPathsAlone) {
   ASSERT_EQ(second->files_size(), 1);
   EXPECT_EQ(second->files(0).path(), "o/deep/b");
   EXPECT_EQ(second->next_page_token(), "");
-  const auto place = queue_->FindFile(id, "o/deep/b");
-  ASSERT_TRUE(place.ok()) << place.status();
-  EXPECT_EQ(ReadBytes(place->folder.At(place->name)), "1\n");
+  auto pieces = queue_->OpenFile(id, "o/deep/b", {});
+  ASSERT_TRUE(pieces.ok()) << pieces.status();
+  v1::FileChunk chunk;
+  EXPECT_TRUE(pieces->Next(&chunk).value());
+  EXPECT_EQ(chunk.data(), "1\n");
   for (const char* path :
        {"o/link", "o/deep", "o/none", "../operation.json", "/etc/passwd", "", "o/deep/../a"})
-    EXPECT_TRUE(absl::IsNotFound(queue_->FindFile(id, path).status())) << path;
+    EXPECT_TRUE(absl::IsNotFound(queue_->OpenFile(id, path, {}).status())) << path;
 }
 
 }  // namespace
