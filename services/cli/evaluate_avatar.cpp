@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "services/animation/avatar_goals.h"
+#include "services/cli/command_line.h"
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
