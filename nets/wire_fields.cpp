@@ -44,7 +44,7 @@ absl::Status VisitFields(std::string_view message,
     if (absl::Status status = visit(field); !status.ok()) return status;
   }
   // ReadTag gives 0 at the end, and for a tag that is none.
-  return static_cast<size_t>(in.CurrentPosition()) == message.size() ? absl::OkStatus() : damaged;
+  return in.ConsumedEntireMessage() ? absl::OkStatus() : damaged;
 }
 
 }  // namespace weft

@@ -110,7 +110,8 @@ ResultLock::~ResultLock() {
 bool ResultLock::IsInPlace() const { return file_.open() && SameFile(folder_, file_.get()); }
 
 absl::Status ResultLock::Renew() {
-  if (holder_ && !holder_->IsHeld()) {
+  // Where the folder was removed, it is another one's by now, or nobody's.
+  if (holder_ && !holder_->IsHeld() && (!file_.open() || IsInPlace())) {
     return absl::FailedPreconditionError(absl::StrCat(
         folder_.path(), ": another process took this folder while this one stood still; run it again"));
   }

@@ -11,6 +11,7 @@
 #include "absl/strings/match.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/worker/worker_event.h"
 #include "services/worker/worker_usage.h"
 
@@ -77,6 +78,7 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
   }
   if (absl::EndsWith(frame, "bridged")) {
     weft::v1::FrameReport report;
+    report.set_format_version(weft::kReportFormat);
     report.mutable_temporal()->set_bridged(true);
     const std::string folder = task.spec().out() + "/" + frame;
     if (!weft::CreateFolders(folder).ok() || !weft::WriteJsonFile(folder + "/report.json", report).ok())

@@ -73,7 +73,8 @@ TEST_F(ResultLockTest, IsTakenAnewWhenItsFolderWasRemoved) {
 TEST_F(ResultLockTest, IsLostWhenAnotherTookTheRemovedFolder) {
   auto lock = Acquire("the first");
   ASSERT_TRUE(lock.ok());
-  fs::remove(out_ + "/" + ResultLock::kFileName);
+  fs::remove_all(out_);
+  fs::create_directories(out_);
   {
     const auto other = Acquire("the other");
     ASSERT_TRUE(other.ok());
