@@ -129,7 +129,9 @@ class Takes(StudioTest):
         described = json.loads(read(self.session))
         described["cameras"][0]["gige"]["device"] = "127.0.0.99"
         write(self.session, json.dumps(described))
-        take = self.start_take()
+        begun = self.take_command("start", "--session", self.session, "--no-disk-test", check=2)
+        self.assertIn("127.0.0.99", begun.stderr)
+        take = begun.stdout.strip()
         failed = self.take_command("watch", take, check=1)
         self.assertIn("127.0.0.99", failed.stderr)
         self.assertIn("failed", self.take_command("list").stdout)
