@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 
@@ -106,15 +107,31 @@ class FullDisk(Catalogue):
         self.holder.communicate()
 
     def fill(self):
-        with open(f"{self.inside}/filler", "wb", buffering=0) as file:
-            for size in (65536, 4096):
-                try:
-                    while True:
-                        file.write(bytes(size))
-                except OSError:
-                    pass
+        """What is given back is taken again, until make_room."""
+        self.is_full, filled = True, threading.Event()
+
+        def take_all():
+            with open(f"{self.inside}/filler", "wb", buffering=0) as file:
+                while self.is_full:
+                    for size in (65536, 4096):
+                        try:
+                            while True:
+                                file.write(bytes(size))
+                        except OSError:
+                            pass
+                    filled.set()
+                    time.sleep(0.001)
+        self.filler = threading.Thread(target=take_all)
+        self.filler.start()
+        self.addCleanup(self.stop_filling)
+        filled.wait()
+
+    def stop_filling(self):
+        self.is_full = False
+        self.filler.join()
 
     def make_room(self):
+        self.stop_filling()
         os.remove(f"{self.inside}/filler")
 
     def test_a_job_that_ends_while_the_disk_is_full_is_done_once_there_is_room(self):
