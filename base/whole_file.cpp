@@ -44,17 +44,6 @@ class Descriptor {
   int fd_;
 };
 
-// 0, or errno.
-int WriteTo(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes.remove_prefix(static_cast<size_t>(n));
-  }
-  return 0;
-}
-
 size_t DigitsAt(std::string_view text) {
   const size_t digits = text.find_first_not_of("0123456789");
   return digits == std::string_view::npos ? text.size() : digits;
@@ -153,7 +142,7 @@ int Write(const std::string& temporary, const std::string& path, std::string_vie
           Flush flush) {
   Descriptor file(OpenTemporary(temporary, mode));
   if (file.get() < 0) return errno;
-  int error = WriteTo(file.get(), bytes);
+  int error = WriteAll(file.get(), bytes);
   if (error == 0 && flush == Flush::kToDisk && fsync(file.get()) != 0) error = errno;
   // Some file systems tell of a full disk only here; after a flush they have told.
   if (error == 0 && flush == Flush::kLater && file.Close() != 0) error = errno;
@@ -163,6 +152,16 @@ int Write(const std::string& temporary, const std::string& path, std::string_vie
 }
 
 }  // namespace
+
+int WriteAll(int fd, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    bytes.remove_prefix(static_cast<size_t>(n));
+  }
+  return 0;
+}
 
 bool IsTemporaryName(std::string_view name) {
   const TemporaryName parts = Parse(name);

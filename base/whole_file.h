@@ -8,6 +8,9 @@
 
 namespace weft {
 
+// Writes all of `bytes` to an open descriptor. 0, or errno.
+int WriteAll(int fd, std::string_view bytes);
+
 enum class Flush { kToDisk, kLater };
 
 // Writes `bytes` to "PATH.tmp.PROCESS.NUMBER", and renames that to `path`. 0, or errno; nothing is left

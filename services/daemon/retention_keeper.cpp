@@ -39,17 +39,14 @@ v1::RetentionStep InMessage(const RetentionStep& step) {
   return message;
 }
 
-// The least of what the rules keep of a source's kinds.
+// The least of what the rules keep of a source's kinds; what goes at once, or never, asks for no pace.
 double LeastKept_s(const RetentionRules& rules, const std::set<v1::HoldingKind>& kinds) {
-  std::vector<double> kept_s;
-  if (kinds.contains(v1::HOLDING_KIND_TAKE))
-    kept_s = {rules.keep_takes_days * kDay_s, rules.keep_trash_days * kDay_s};
-  if (kinds.contains(v1::HOLDING_KIND_JOB)) kept_s = {rules.keep_jobs_days * kDay_s};
-  if (kinds.contains(v1::HOLDING_KIND_OPERATION)) kept_s = {rules.keep_trash_days * kDay_s};
-  if (kinds.contains(v1::HOLDING_KIND_UPLOAD)) kept_s = {rules.keep_uploads_days * kDay_s};
-  if (kinds.contains(v1::HOLDING_KIND_NOTICE)) kept_s = {rules.keep_notices_days * kDay_s};
-  std::erase_if(kept_s, [](double s) { return s <= 0; });
-  return kept_s.empty() ? kDay_s : *std::min_element(kept_s.begin(), kept_s.end());
+  double least_s = kDay_s;
+  for (const v1::HoldingKind kind : kinds) {
+    const double kept_s = KeepDays(rules, kind).value_or(0) * kDay_s;
+    if (kept_s > 0) least_s = std::min(least_s, kept_s);
+  }
+  return least_s;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "services/daemon/take_folder.h"
 #include "services/daemon/take_keeper.h"
 #include "services/files/atomic_file.h"
+#include "services/files/file_facts.h"
 #include "services/files/json_file.h"
 #include "services/files/unique_fd.h"
 #include "services/recorder/recorder_files.h"
@@ -26,21 +27,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-uint64_t BytesOf(const std::string& folder) {
-  uint64_t bytes = 0;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, error)) {
-    const uintmax_t size = entry.is_regular_file(error) ? entry.file_size(error) : 0;
-    if (!error) bytes += size;
-  }
-  return bytes;
-}
-
 // When the folder was last moved or changed. 0: unknown.
 int64_t ChangedAt(const std::string& folder) {
   struct stat info;
   if (stat(folder.c_str(), &info) != 0) return 0;
-  return int64_t{info.st_ctim.tv_sec} * 1'000'000'000 + info.st_ctim.tv_nsec;
+  return UnixTime_ns(info.st_ctim);
 }
 
 // A rename that a power failure does not undo.
@@ -165,7 +156,7 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
       return FieldError(absl::StatusCode::kNotFound,
                         {"take_id", absl::StrCat("no take ", one, " in the trash"), "delete it first"});
     }
-    const uint64_t bytes = BytesOf(folder);
+    const uint64_t bytes = BytesBelow(folder);
     std::error_code error;
     fs::remove_all(folder, error);
     if (error) return WriteError(folder, error.value());
@@ -184,13 +175,13 @@ std::vector<Holding> TakeKeeper::Holdings() {
     const bool kept = take.recorder_lives() || take.keeping().pinned() || replayed.contains(take.folder()) ||
                       options_.is_read(take.folder());
     holdings.push_back({v1::HOLDING_KIND_TAKE, take.id(), take.state().updated_unix_ns(),
-                        BytesOf(FolderOf(take.id())), kept});
+                        BytesBelow(FolderOf(take.id())), kept});
   }
   // Whatever lies in the trash, also what a removal that was killed left of a take.
   for (const std::string& id : TakesIn(options_.trash_folder)) {
     int64_t since_unix_ns = ReadKeeping(TrashOf(id)).deleted_unix_ns();
     if (since_unix_ns == 0) since_unix_ns = ChangedAt(TrashOf(id));
-    holdings.push_back({v1::HOLDING_KIND_TRASH, id, since_unix_ns, BytesOf(TrashOf(id)), false});
+    holdings.push_back({v1::HOLDING_KIND_TRASH, id, since_unix_ns, BytesBelow(TrashOf(id)), false});
   }
   return holdings;
 }

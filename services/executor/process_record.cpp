@@ -3,16 +3,14 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <optional>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
+#include "base/process_identity.h"
 #include "services/files/atomic_file.h"
 #include "services/files/unique_fd.h"
 
@@ -21,28 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the kernel tells in a file that has no size; empty: nothing.
-std::string ReadProcFile(const std::string& path) {
-  const UniqueFd file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  std::string text(4096, '\0');
-  const ssize_t size = file.open() ? read(file.get(), text.data(), text.size()) : -1;
-  text.resize(static_cast<size_t>(std::max<ssize_t>(0, size)));
-  return text;
-}
-
 // Boot and space of process numbers, and when the process started in it. None: it has ended.
 std::optional<std::string> NameOf(pid_t pid) {
-  const std::string stat = ReadProcFile(absl::StrCat("/proc/", pid, "/stat"));
-  if (stat.empty()) return std::nullopt;
-  // proc(5): the second field, in parentheses, may hold any character; state is the third, start the 22nd.
-  const std::vector<std::string> fields =
-      absl::StrSplit(stat.substr(stat.rfind(')') + 1), ' ', absl::SkipWhitespace());
-  constexpr size_t kState = 0, kStart = 19;
-  if (fields.size() <= kStart || fields[kState] == "Z" || fields[kState] == "X") return std::nullopt;
-  const std::string boot = ReadProcFile("/proc/sys/kernel/random/boot_id");
-  std::error_code unknown;
-  const std::string space = fs::read_symlink("/proc/self/ns/pid", unknown).string();
-  return absl::StrCat(absl::StripAsciiWhitespace(boot), " ", space, " ", fields[kStart]);
+  const int64_t start = StartOfProcess(pid);
+  if (start <= 0) return std::nullopt;
+  return absl::StrCat(BootId(), " ", PidNamespace(), " ", start);
 }
 
 }  // namespace

@@ -32,16 +32,6 @@ int SyncFolderAt(const std::string& path) {
 
 }  // namespace
 
-int WriteAll(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes.remove_prefix(static_cast<size_t>(n));
-  }
-  return 0;
-}
-
 absl::Status WriteError(const std::string& path, int error) {
   switch (error) {
     case ENOENT:

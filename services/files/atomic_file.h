@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/whole_file.h"
 
 namespace weft {
 
@@ -19,9 +20,6 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_
 // The same of a file that is open at its beginning; `path` is for messages.
 absl::StatusOr<std::string> ReadOpenFile(int fd, const std::string& path,
                                          uint64_t max_bytes = uint64_t{4} << 30);
-
-// Writes all of `bytes` to an open descriptor. 0, or errno.
-int WriteAll(int fd, std::string_view bytes);
 
 // Writes to a temporary name in the same folder, flushes it to the disk, renames it and flushes the folder,
 // so that the file survives a power failure. The folder must exist. NotFound, PermissionDenied,

@@ -21,6 +21,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/process_identity.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
@@ -42,27 +43,6 @@ namespace {
 constexpr uint64_t kMaxBytes = 4096;
 constexpr char kFormat[] = "weft-holder 1";
 
-// Files of /proc have no size, so they are read as far as they go.
-std::string ReadKernelFile(const std::string& path) {
-  char text[1024];
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const ssize_t n = fd >= 0 ? read(fd, text, sizeof text) : -1;
-  if (fd >= 0) close(fd);
-  return std::string(absl::StripAsciiWhitespace(std::string(text, n > 0 ? static_cast<size_t>(n) : 0)));
-}
-
-// Ticks since boot (proc(5), field 22); 0: no such process is seen, -1: it has ended, and nobody took note.
-int64_t StartOf(int64_t pid) {
-  const std::string stat = ReadKernelFile(absl::StrCat("/proc/", pid, "/stat"));
-  const size_t name_end = stat.rfind(')');
-  if (name_end == std::string::npos) return 0;
-  const std::vector<std::string> fields = absl::StrSplit(stat.substr(name_end + 1), ' ', absl::SkipEmpty());
-  constexpr size_t kStart = 19;  // behind the name
-  int64_t start = 0;
-  if (!fields.empty() && (fields[0] == "Z" || fields[0] == "X")) return -1;
-  return fields.size() > kStart && absl::SimpleAtoi(fields[kStart], &start) ? start : 0;
-}
-
 // One line of printable characters.
 std::string Plain(std::string text) {
   for (char& c : text) c = absl::ascii_isprint(static_cast<unsigned char>(c)) ? c : '?';
@@ -76,7 +56,7 @@ Life LifeOf(const HolderIdentity& holder, const HolderIdentity& own) {
   // Machines without an id may have the same name.
   if (holder.boot_id != own.boot_id) return holder.host.ends_with(' ') ? Life::kElsewhere : Life::kEnded;
   if (holder.pid_namespace != own.pid_namespace) return Life::kElsewhere;  // a container beside this one
-  const int64_t start = StartOf(holder.pid);
+  const int64_t start = StartOfProcess(holder.pid);
   const bool is_there = start == 0 ? kill(static_cast<pid_t>(holder.pid), 0) == 0 || errno == EPERM  // hidden
                                    : start == holder.started;
   return is_there ? Life::kLives : Life::kEnded;
@@ -233,14 +213,12 @@ absl::Status Claim(const std::string& path, const std::string& text, const Holde
 HolderIdentity HolderIdentity::OfThisProcess(const std::string& owner) {
   char host[256] = "";
   gethostname(host, sizeof host - 1);
-  char name_space[64] = "";
-  if (readlink("/proc/self/ns/pid", name_space, sizeof name_space - 1) < 0) name_space[0] = '\0';
   HolderIdentity own;
-  own.host = absl::StrCat(host, " ", ReadKernelFile("/etc/machine-id"));
-  own.boot_id = ReadKernelFile("/proc/sys/kernel/random/boot_id");
-  own.pid_namespace = name_space;
+  own.host = absl::StrCat(host, " ", KernelText("/etc/machine-id"));
+  own.boot_id = BootId();
+  own.pid_namespace = PidNamespace();
   own.pid = getpid();
-  own.started = StartOf(own.pid);
+  own.started = StartOfProcess(own.pid);
   own.owner = owner;
   return own;
 }

@@ -21,7 +21,7 @@ struct JsonLimits {
   uint64_t values = 4'000'000;  // objects, arrays and their members
   int depth = 60;               // of objects and arrays in each other
 };
-// Of a take, which a daemon reads itself, and of rigs, boards and templates.
+// Of a take's files, which a daemon reads in its own process, and of rigs, boards and templates.
 inline constexpr JsonLimits kSmallJson = {.bytes = uint64_t{16} << 20, .values = 200'000};
 inline constexpr JsonLimits kInputJson = {.values = 1'000'000};
 

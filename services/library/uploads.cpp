@@ -18,6 +18,7 @@
 #include "capture/file/posix_file.h"
 #include "services/callers/owners.h"
 #include "services/files/atomic_file.h"
+#include "services/files/file_facts.h"
 #include "services/files/json_file.h"
 #include "services/library/item_path.h"
 #include "services/library/item_words.h"
@@ -64,19 +65,7 @@ int64_t SizeOfUploaded(const std::string& content, const std::string& path) {
 int64_t LastPiece_unix_ns(const std::string& folder) {
   struct stat info;
   if (lstat(absl::StrCat(folder, "/upload.json").c_str(), &info) != 0) return 0;
-  return int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec;
-}
-
-uint64_t BytesBelow(const std::string& folder) {
-  uint64_t bytes = 0;
-  std::error_code error;
-  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    std::error_code fault;
-    const uintmax_t size = entry->is_regular_file(fault) ? entry->file_size(fault) : 0;
-    if (!fault) bytes += size;
-  }
-  return bytes;
+  return UnixTime_ns(info.st_mtim);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
+#include "services/files/file_facts.h"
 
 namespace weft {
 namespace {
@@ -51,8 +52,7 @@ void Outbox::Load() {
     }
     struct stat info;
     if (stat(entry.path().c_str(), &info) != 0) continue;
-    waiting_[entry.path().filename()] = {Clock::now(),
-                                         int64_t{info.st_mtim.tv_sec} * 1'000'000'000 + info.st_mtim.tv_nsec};
+    waiting_[entry.path().filename()] = {Clock::now(), UnixTime_ns(info.st_mtim)};
   }
   if (!waiting_.empty()) spdlog::info("{}: {} notices are delivered now", options_.folder, waiting_.size());
 }

@@ -1,7 +1,6 @@
 #include "services/retention/retention_plan.h"
 
 #include <algorithm>
-#include <optional>
 #include <tuple>
 
 #include "absl/strings/str_format.h"
@@ -12,26 +11,6 @@ namespace {
 constexpr double kGib = 1024.0 * 1024 * 1024;
 constexpr double kDay_s = 24 * 3600;
 constexpr double kHour_s = 3600;
-
-// None: any age is kept.
-std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind) {
-  const auto unless_0 = [](double days) { return days > 0 ? std::optional(days) : std::nullopt; };
-  switch (kind) {
-    case v1::HOLDING_KIND_TAKE:
-      return unless_0(rules.keep_takes_days);
-    case v1::HOLDING_KIND_JOB:
-      return unless_0(rules.keep_jobs_days);
-    case v1::HOLDING_KIND_TRASH:
-    case v1::HOLDING_KIND_OPERATION:
-      return rules.keep_trash_days;
-    case v1::HOLDING_KIND_UPLOAD:
-      return rules.keep_uploads_days;
-    case v1::HOLDING_KIND_NOTICE:
-      return rules.keep_notices_days;
-    default:
-      return std::nullopt;
-  }
-}
 
 std::string WhyByAge(v1::HoldingKind kind, double days) {
   switch (kind) {
@@ -136,6 +115,25 @@ void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, 
 }
 
 }  // namespace
+
+std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind) {
+  const auto unless_0 = [](double days) { return days > 0 ? std::optional(days) : std::nullopt; };
+  switch (kind) {
+    case v1::HOLDING_KIND_TAKE:
+      return unless_0(rules.keep_takes_days);
+    case v1::HOLDING_KIND_JOB:
+      return unless_0(rules.keep_jobs_days);
+    case v1::HOLDING_KIND_TRASH:
+    case v1::HOLDING_KIND_OPERATION:
+      return rules.keep_trash_days;
+    case v1::HOLDING_KIND_UPLOAD:
+      return rules.keep_uploads_days;
+    case v1::HOLDING_KIND_NOTICE:
+      return rules.keep_notices_days;
+    default:
+      return std::nullopt;
+  }
+}
 
 v1::RetentionRules InMessage(const RetentionRules& rules) {
   v1::RetentionRules message;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct RetentionRules {
   double keep_uploads_days = 7;  // since their last piece
   double keep_notices_days = 3;
 };
+
+// For how long things of a kind are kept. None: at any age.
+std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind);
 
 v1::RetentionRules InMessage(const RetentionRules& rules);
 // What the message does not give is as in `otherwise`.

@@ -16,6 +16,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/time/time.h"
 #include "capture/file/plain_text.h"
+#include "services/files/file_facts.h"
 #include "services/process/exit_status.h"
 #include "services/video/damage.h"
 #include "services/video/flat_values.h"
@@ -376,7 +377,7 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   if (!facts.ok()) return Named(path, facts.status());
   facts->set_path(path);
   facts->set_bytes(static_cast<uint64_t>(info.st_size));
-  facts->set_modified_unix_ns(info.st_mtim.tv_sec * int64_t{1'000'000'000} + info.st_mtim.tv_nsec);
+  facts->set_modified_unix_ns(UnixTime_ns(info.st_mtim));
   // Files of QuickTime and MP4 alone have edit lists.
   std::string log;
   const bool has_edits = absl::StrContains(facts->container(), "mov");
