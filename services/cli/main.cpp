@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "base/nearest_word.h"
 #include "capture/file/plain_text.h"
 #include "services/cli/command_line.h"
@@ -22,6 +23,7 @@
 #include "services/process/file_size.h"
 #include "services/process/freed_memory.h"
 #include "services/process/help.h"
+#include "services/process/memory_limit.h"
 #include "services/process/no_threads.h"
 #include "services/verdict/verdict.h"
 
@@ -70,30 +72,34 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 // As a daemon runs commands. False where that has ended already, or this process cannot be confined.
-bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
+bool BeWatchedBy(int parent, const std::vector<std::string>& readable, int64_t memory_mib) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   weft::PrintProgressAsLines();
   // Whoever records goes first.
   constexpr int kNiceness = 10;
   [[maybe_unused]] const int ignored = nice(kNiceness);
   if (getppid() != parent) return false;
-  const absl::Status confined = weft::ConfineProcess({.readable = readable,
-                                                      .writable = {std::filesystem::current_path().string()},
-                                                      .links = {},
-                                                      .may_run_programs = true});  // ffmpeg
+  absl::Status confined = weft::ConfineProcess({.readable = readable,
+                                                .writable = {std::filesystem::current_path().string()},
+                                                .links = {},
+                                                .may_run_programs = true});  // ffmpeg
+  confined.Update(weft::LimitMemory(memory_mib));
   if (!confined.ok()) weft::PrintError(confined);
   return confined.ok();
 }
 
 // The command's exit status.
-int RunToStatus(const weft::CommandLine& line) {
+int RunToStatus(const weft::CommandLine& line, int64_t memory_mib) {
   try {
     const absl::Status status = line.run();
     if (!status.ok() && !weft::IsVerdict(status))
       weft::PrintError(status);  // a verdict stands printed already
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {
-    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
+    weft::PrintError(absl::ResourceExhaustedError(absl::StrCat(
+        "out of memory", memory_mib > 0 ? absl::StrCat("; an operation of this daemon may take ", memory_mib,
+                                                       " MiB, --worker-memory-mib -1 of weftd sets no limit")
+                                        : "")));
   } catch (const std::exception& error) {
     weft::PrintError(weft::IsLackOfThreads(error) ? weft::NoFurtherThreads()
                                                   : absl::InternalError(error.what()));
@@ -120,6 +126,8 @@ int main(int argc, char** argv) {
       ->expected(1)
       ->take_all()
       ->group("");
+  int64_t memory_mib = 0;
+  app.add_option("--memory-mib", memory_mib, "Memory that this process may take then; 0: any")->group("");
   app.require_subcommand(1);
   app.fallthrough();
   app.formatter(weft::MakeHelpFormatter());
@@ -165,7 +173,7 @@ int main(int argc, char** argv) {
     weft::PrintError(status);
     return weft::ExitStatusOf(status);
   }
-  if (watched_by != 0 && !BeWatchedBy(watched_by, readable)) return weft::kExitFailed;
-  const auto run = [&line] { return RunToStatus(line); };
+  if (watched_by != 0 && !BeWatchedBy(watched_by, readable, memory_mib)) return weft::kExitFailed;
+  const auto run = [&line, memory_mib] { return RunToStatus(line, memory_mib); };
   return line.confined && watched_by == 0 ? weft::RunConfinedProcess(*line.confined, run) : run();
 }

@@ -232,6 +232,7 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     return readable;
   };
   operations.process_folder = ProcessFolderOf(options.state_folder);
+  if (options.worker_memory_mib >= 0) operations.memory_mib = ShareMemoryMib(UsableMemoryMib(), 2);
   return operations;
 }
 

@@ -59,8 +59,8 @@ absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, 
   const auto lock = submitting_.Lock(request.idempotency_key());
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request, caller);
   if (!absl::IsNotFound(submitted.status())) return submitted;
-  absl::StatusOr<PreparedJob> prepared =
-      PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder, known_}, parts_.load);
+  absl::StatusOr<PreparedJob> prepared = PrepareJob(
+      request, {parts_.policy, parts_.library, parts_.results_folder, known_}, caller.name, parts_.load);
   if (!prepared.ok()) return prepared.status();
   v1::Job& job = prepared->job;
   job.set_submitted_by(caller.name);

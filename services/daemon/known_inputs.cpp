@@ -4,8 +4,6 @@
 #include <iterator>
 #include <memory>
 
-#include "absl/cleanup/cleanup.h"
-
 namespace weft {
 namespace {
 
@@ -49,11 +47,11 @@ void KnownInputs::Keep(Entry entry) {
   entries_.erase(first_beyond, entries_.end());
 }
 
-absl::StatusOr<LoadedInputs> KnownInputs::Get(const v1::RegistrationSpec& spec, const InputsLoader& load) {
+absl::StatusOr<LoadedInputs> KnownInputs::Get(const v1::RegistrationSpec& spec,
+                                              const std::string& caller_name, const InputsLoader& load) {
   const std::string key = KeyOf(spec);
   if (std::optional<LoadedInputs> known = Find(key)) return *std::move(known);
-  loading_.acquire();
-  const absl::Cleanup end = [this] { loading_.release(); };
+  const TurnGate::Pass pass = loading_.Enter(caller_name);
   // Another call may have read them meanwhile.
   if (std::optional<LoadedInputs> known = Find(key)) return *std::move(known);
   // Before they are read: a change meanwhile must not look like what was read.

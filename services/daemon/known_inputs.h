@@ -7,12 +7,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <semaphore>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "services/callers/turn_gate.h"
 #include "services/daemon/input_stamps.h"
 #include "services/reading/job_inputs.h"
 #include "weft/v1/jobs.pb.h"
@@ -26,8 +26,10 @@ class KnownInputs {
   explicit KnownInputs(Clock now_s = [] { return std::time(nullptr); }) : now_s_(std::move(now_s)) {}
 
   // What the inputs of `spec` hold: known, or from `load`, which a few calls at most do at a time, as inputs
-  // are large. Its errors are not remembered. The paths of `spec` are canonical.
-  absl::StatusOr<LoadedInputs> Get(const v1::RegistrationSpec& spec, const InputsLoader& load);
+  // are large; one of each caller, so that nobody waits for the slow inputs of another. Its errors are not
+  // remembered. The paths of `spec` are canonical.
+  absl::StatusOr<LoadedInputs> Get(const v1::RegistrationSpec& spec, const std::string& caller_name,
+                                   const InputsLoader& load);
 
  private:
   struct Entry {
@@ -40,7 +42,7 @@ class KnownInputs {
   void Keep(Entry entry);
 
   const Clock now_s_;
-  std::counting_semaphore<> loading_{2};
+  TurnGate loading_{3, 1};
   std::mutex mutex_;
   std::list<Entry> entries_;  // the one used last comes first
 };

@@ -202,9 +202,10 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
                  "Threads of each worker; 0 chooses by the number of cores")
       ->type_name("T")
       ->check(CLI::Range(0, 1024));
-  app.add_option("--worker-memory-mib", options.worker_memory_mib,
-                 "Memory of each worker, beyond which its frame fails; 0 shares the machine's among the "
-                 "workers, 4096 at the least; -1 sets no limit")
+  app.add_option(
+         "--worker-memory-mib", options.worker_memory_mib,
+         "Memory of each worker, beyond which its frame fails; 0 shares the machine's among the "
+         "workers, 4096 at the least; -1 sets no limit. Commands of operations have half the machine's")
       ->type_name("MIB")
       ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
   app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");

@@ -204,7 +204,8 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
     const Lock lock(mutex_);
     entries_.at(id).inputs = *arguments;
   }
-  std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid())};
+  std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid()),
+                                    absl::StrCat("--memory-mib=", options_.memory_mib)};
   for (const std::string& path : ReadableOf(operation.spec(), inputs))
     words.push_back(absl::StrCat("--may-read=", path));
   words.insert(words.end(), arguments->begin(), arguments->end());

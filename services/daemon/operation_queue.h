@@ -23,8 +23,9 @@
 namespace weft {
 
 struct OperationQueueOptions {
-  std::string folder;   // a folder per operation
-  std::string program;  // weft
+  std::string folder;      // a folder per operation
+  std::string program;     // weft
+  int64_t memory_mib = 0;  // that a command may take; 0: any
   ResolveInput resolve;
   LinkRules links;  // of inputs
   // Besides its inputs, what a command reads that takes paths from files (`weft evaluate`).

@@ -207,7 +207,7 @@ std::string HashOfRequest(const v1::SubmitJobRequest& request) {
 }
 
 absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const JobPlaces& places,
-                                       const InputsLoader& load) {
+                                       const std::string& caller_name, const InputsLoader& load) {
   const std::string takes_folder = std::filesystem::path(places.results_folder).parent_path() / "takes";
   v1::SubmitJobRequest request = asked;
   if (request.has_spec()) TakeInputsFromSession(takes_folder, *request.mutable_spec());
@@ -235,8 +235,8 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
     if (!names.ok()) return names.status();
     so_far = *std::move(names);
   }
-  absl::StatusOr<LoadedInputs> inputs =
-      places.known.Get(job.spec(), [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
+  absl::StatusOr<LoadedInputs> inputs = places.known.Get(
+      job.spec(), caller_name, [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
         // Folders without a change have no new links either.
         const absl::Status status = CheckLinks(places.policy, takes_folder, job);
         return status.ok() ? load(spec) : status;

@@ -37,6 +37,6 @@ std::string HashOfRequest(const v1::SubmitJobRequest& request);
 // spec.out when the client's probe lies there or there is none, otherwise <results_folder>/<id>. NotFound: an
 // item of the library is not there; field and name are named, and what there is.
 absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const JobPlaces& places,
-                                       const InputsLoader& load);
+                                       const std::string& caller_name, const InputsLoader& load);
 
 }  // namespace weft

@@ -20,7 +20,8 @@ struct ReaderOptions {
   std::chrono::seconds patience{600};
 };
 
-// Thread safety: any thread; a few readings run at once, the others wait.
+// Thread safety: any thread. A few readings run at once, the others wait: callers have fewer places than that
+// for jobs (KnownInputs) and items (Uploads), so that some stay for the daemon's own.
 class ReaderProcess {
  public:
   explicit ReaderProcess(ReaderOptions options) : options_(std::move(options)) {}
@@ -30,7 +31,7 @@ class ReaderProcess {
   absl::StatusOr<v1::ReadingAnswer> Run(const v1::Reading& reading);
 
  private:
-  static constexpr int kAtOnce = 4;
+  static constexpr int kAtOnce = 8;
   const ReaderOptions options_;
   std::counting_semaphore<kAtOnce> free_{kAtOnce};
 };

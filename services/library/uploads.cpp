@@ -270,7 +270,10 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, co
   if (upload.finished) return library_.Find(upload.what.kind(), "sha256:" + ItemIdOf(upload.what.manifest()));
   upload.finishing = true;
   absl::Status status = CheckFiles(upload);
-  if (status.ok()) status = check_(upload.what.kind(), upload.what.manifest(), upload.folder + "/content");
+  if (status.ok()) {
+    const TurnGate::Pass pass = checking_.Enter(caller.name);
+    status = check_(upload.what.kind(), upload.what.manifest(), upload.folder + "/content");
+  }
   const std::lock_guard list_lock(mutex_);
   absl::StatusOr<v1::LibraryItem> item =
       status.ok() ? library_.TakeIn(upload.what, upload.folder) : absl::StatusOr<v1::LibraryItem>(status);

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/callers/caller.h"
+#include "services/callers/turn_gate.h"
 #include "services/files/unique_fd.h"
 #include "services/library/library.h"
 #include "weft/v1/library.pb.h"
@@ -72,6 +73,7 @@ class Uploads {
   Library& library_;
   const std::string state_folder_;
   const ItemCheck check_;
+  TurnGate checking_{3, 1};  // content may take long to read
   std::atomic<uint64_t> least_free_bytes_ = 0;
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>> uploads_;

@@ -5,7 +5,6 @@ import os
 import re
 import shutil
 import stat
-import struct
 import subprocess
 import sys
 import tempfile
@@ -120,37 +119,16 @@ class Access(unittest.TestCase):
             self.assertLess(len(data), 65000)  # what a client may send before it is answered
             for credentials in (None, "weft_" + "0" * 64, token):
                 for method in ("/weft.v1.Jobs/GetJob", "/grpc.health.v1.Health/Check"):
-                    said = self.send_packed(method, credentials, encoding, data)
+                    said = http2.send_packed(self.address, method, credentials, encoding, data)
                     self.assertIn(b"identity", said)
         self.assertLess(self.peak_mib() - before, 30)
         self.assertEqual(self.list_jobs(self.address, self.path("token")).returncode, 0)
         # A message that does not say how it is packed is no request.
-        self.send_packed("/weft.v1.Jobs/GetJob", token, "identity", data)
+        http2.send_packed(self.address, "/weft.v1.Jobs/GetJob", token, "identity", data)
         self.assertLess(self.peak_mib() - before, 30)
 
     def peak_mib(self):
         return int(re.search(r"VmHWM:\s+(\d+)", read(f"/proc/{self.daemon.pid}/status")).group(1)) >> 10
-
-    def send_packed(self, method, token, encoding, data):
-        """What the daemon answers until it is silent."""
-        with http2.connect(self.address) as connection:
-            connection.sendall(http2.frame(http2.HEADERS, http2.END_HEADERS, 1,
-                                           http2.header_block(method, token, [("grpc-encoding", encoding)])))
-            message = struct.pack(">BI", 1, len(data)) + data
-            pieces = [message[at:at + 16000] for at in range(0, len(message), 16000)]
-            said = b""
-            connection.settimeout(2)
-            try:
-                for piece in pieces:
-                    connection.sendall(http2.frame(http2.DATA, http2.END_STREAM if piece is pieces[-1] else 0, 1, piece))
-                while True:
-                    part = connection.recv(65536)
-                    said += part
-                    if not part:
-                        break
-            except OSError:
-                pass
-        return said
 
     def test_shows_tokens_once(self):
         text = self.access("token", "anna", "--role", "operator", "--days", "90").stdout.strip()

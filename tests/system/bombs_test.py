@@ -1,9 +1,15 @@
 """Small or sparse inputs that take gigabytes once they are read: the daemon answers, stays small, and serves others meanwhile."""
 
+import concurrent.futures
+import http.client
 import os
+import re
+import shutil
 import time
 import unittest
+import zlib
 
+import http2
 from daemon_process import DaemonProcess
 from studio import StudioTest, read, weft, write
 
@@ -74,6 +80,58 @@ class Bombs(DaemonProcess, StudioTest):
         self.assertLess(now, begin + MOST_LEFT_MIB)
         # What is right goes on as before.
         self.register("--server", server, check=0)
+
+    def test_cost_it_nothing_all_at_once(self):
+        """Each in a take of its own, with items, compressed messages and requests of the console."""
+        self.start_plainly("--workers", 1, "--console", "127.0.0.1:0")
+        server = self.addresses[0]
+        self.wait_for_log("console at")
+        console = re.search(r"console at ([\w.]+):(\d+)", self.log())
+        for name, file, make, _ in BOMBS:
+            shutil.copytree(self.take, self.path(name))
+            make(self.path(name, file))
+        items = {"objects.json": b'{"cameras":[' + b"{}," * (5 * MIB) + b"{}]}", "nested.json": b'{"cameras":' + b"[" * (10 * MIB)}
+        for name, text in items.items():
+            write(self.path(name), text)
+        packer = zlib.compressobj(9, zlib.DEFLATED, 31)
+        packed = packer.compress(bytes(60 * MIB)) + packer.flush()
+
+        def register(name):
+            take = self.path(name)
+            done = self.register("--server", server, dump=take, rig=f"{take}/rig.json", board=f"{take}/board.json",
+                                 template=f"{take}/template", out=f"{take}/out")
+            return done.returncode in (1, 2) and "ended its process" not in done.stderr
+
+        def upload(name):
+            return weft("library", "upload", "rig", self.path(name), "--server", server).returncode == 2
+
+        def post(text):
+            connection = http.client.HTTPConnection(console[1], int(console[2]), timeout=60)
+            try:
+                connection.request("POST", "/api/Jobs/ListJobs", text, {"Content-Type": "application/json", "Origin": f"http://{console[0][11:]}"})
+                return connection.getresponse().status >= 400
+            except ConnectionError:  # it is closed before all is sent
+                return True
+
+        begin, _ = memory_mib(self.daemon.pid)
+        with concurrent.futures.ThreadPoolExecutor(32) as pool:
+            ends = {name: pool.submit(register, name) for name, *_ in BOMBS}
+            ends |= {name: pool.submit(upload, name) for name in items}
+            ends |= {f"message {i}": pool.submit(http2.send_packed, server, "/weft.v1.Jobs/GetJob", None, "gzip", packed) for i in range(8)}
+            ends |= {f"console {i}": pool.submit(post, "[" * MIB if i % 2 else '{"a":[' + "{}," * (MIB // 4) + "{}]}") for i in range(8)}
+            longest_s = 0
+            while not all(end.done() for end in ends.values()):
+                asked = time.monotonic()
+                weft("job", "list", "--server", server, check=0)
+                longest_s = max(longest_s, time.monotonic() - asked)
+                time.sleep(0.2)
+        for name, end in ends.items():
+            self.assertTrue(end.result(), name)
+        now, most = memory_mib(self.daemon.pid)
+        print(f"memory of weftd: {begin} MiB at first, {most} at most, {now} at last; the longest of other calls {longest_s:.2f} s")
+        self.assertLess(most, MOST_MIB)
+        self.assertLess(now, begin + MOST_LEFT_MIB)
+        self.assertLess(longest_s, 10)
 
     def test_are_no_items_either(self):
         self.start_plainly("--workers", 1)

@@ -63,6 +63,12 @@ TEST(ChildProcess, SeesNoOtherDescriptorsAndAnEmptyInput) {
   EXPECT_EQ(RunToEnd("ls /proc/self/fd; cat").out, "0\n1\n2\n3\n");
 }
 
+TEST(ChildProcess, SeesNoSecretsOfTheEnvironment) {
+  setenv("STUDIO_TOKEN", "weft_0a1b", 1);
+  setenv("STUDIO_NAME", "attic", 1);
+  EXPECT_EQ(RunToEnd("echo $STUDIO_TOKEN$STUDIO_NAME").out, "attic\n");
+}
+
 TEST(ChildProcess, NamesAProgramThatDoesNotExist) {
   const auto child = ChildProcess::Spawn("/no/such/program", {});
   EXPECT_EQ(child.status().code(), absl::StatusCode::kNotFound);
