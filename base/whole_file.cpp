@@ -106,7 +106,8 @@ bool FindKey(int folder, FolderKey& key) {
 std::vector<std::string> FoundIn(int folder, const FolderKey& key) {
   constexpr size_t kMostKnown = 256;
   static std::mutex mutex;
-  static std::map<FolderKey, std::vector<std::string>> known;
+  // Never destroyed: what lives as long as the program writes files when it ends.
+  static auto& known = *new std::map<FolderKey, std::vector<std::string>>();
   const std::lock_guard lock(mutex);
   if (known.size() >= kMostKnown) known.clear();
   const auto [at, is_new] = known.try_emplace(key);

@@ -8,7 +8,7 @@ target_compile_options(weft_flags INTERFACE
 if(WEFT_WARNINGS_AS_ERRORS)
   target_compile_options(weft_flags INTERFACE -Werror)
 endif()
-if(WEFT_UNITY_BUILD)
+if(WEFT_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # The private part of a class has fields of types of its own file; GCC warns of them in every file that is included.
   target_compile_options(weft_flags INTERFACE -Wno-subobject-linkage)
 endif()

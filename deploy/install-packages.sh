@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of packages.txt that this machine lacks. Needs root or sudo only if one is missing.
 #
-# Usage: deploy/install-packages.sh [--with-pcl] [--with-slurm] [--with-console]
+# Usage: deploy/install-packages.sh [--with-pcl] [--with-slurm] [--with-console] [--with-fuzz]
 #   --with-pcl    those of packages-pcl.txt as well, for PCD files
 #   --with-slurm  those of packages-slurm.txt as well, for clusters of virtual nodes (deploy/slurm/cluster.sh)
 #   --with-console  those of packages-console.txt as well, for the console's pages; a Node that is there with its npm is kept
+#   --with-fuzz   those of packages-fuzz.txt as well: clang, whose libFuzzer runs the fuzz targets
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 lists=("$here/packages.txt")
 for option in "$@"; do
   case $option in
-    --with-pcl | --with-slurm | --with-console) lists+=("$here/packages-${option#--with-}.txt") ;;
+    --with-pcl | --with-slurm | --with-console | --with-fuzz) lists+=("$here/packages-${option#--with-}.txt") ;;
     *) echo "weft: unknown option $option" >&2 && exit 2 ;;
   esac
 done

@@ -3,10 +3,10 @@
 #
 # Usage: deploy/test.sh [CTEST-ARGUMENT...]   the suite: unit, structure, fuzz and system tests; e.g. -L unit or -R Rig
 #        deploy/test.sh --sanitize            its fast part under the address, undefined-behaviour and thread sanitizers
-#        deploy/test.sh --long [NAME...]      what takes hours: crash campaigns, a million fuzz inputs, endurance, bare
-#                                             roots; names of steps run those alone; logs and a table are in build/long
+#        deploy/test.sh --long [NAME...]      what takes hours: crash campaigns, an hour of each fuzz target, endurance,
+#                                             bare roots; names of steps run those alone; logs and a table are in build/long
 # WEFT_PRESET=asan or tsan builds the suite with that preset instead of dev; gate takes half the time from nothing, since
-# it compiles several files as one. WEFT_UNITY_BUILD=ON does that with every preset.
+# it compiles several files as one, and has the fuzz targets replay their corpora under libFuzzer, each two seconds more. WEFT_UNITY_BUILD=ON does that with every preset.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -38,14 +38,19 @@ case ${1:-} in
     ;;
   --long)
     shift
-    bash deploy/install-packages.sh --with-pcl --with-slurm --with-console
+    bash deploy/install-packages.sh --with-pcl --with-slurm --with-console --with-fuzz
     build dev
+    build fuzz
     exec python3 tests/long_tests.py "$@"
     ;;
   *)
     bash deploy/install-packages.sh --with-pcl --with-slurm --with-console
     preset=${WEFT_PRESET:-dev}
     build "$preset"
+    if [[ $preset == gate ]]; then
+      bash deploy/install-packages.sh --with-fuzz
+      build fuzz
+    fi
     exec ctest --preset "$preset" --parallel "$tests" "$@"
     ;;
 esac

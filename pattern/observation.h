@@ -1,6 +1,7 @@
 // What a decoded view says.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 
 namespace weft {

@@ -29,7 +29,8 @@ def fuzz_names():
 
 def steps():
     """What each step runs, the shortest first: its command and its environment."""
-    found = {f"fuzz_{name}": (["build/dev/bin/fuzz_" + name, "1000000"], {}) for name in fuzz_names()}
+    found = {f"fuzz_{name}": ([PYTHON, "tests/fuzz/run.py", name, "--no-build", "--inputs", "1000000000", "--seconds", "3600"], {})
+             for name in fuzz_names()}
     found["endurance"] = ctest("System.endurance", WEFT_ENDURANCE_S="600")
     found["v4l2"] = ctest("System.v4l2", WEFT_ENDURANCE_S="600")
     found["job_campaign"] = ([PYTHON, "tests/system/job_campaign.py", "--log", os.path.join(LOGS, "job_campaign.json")],
@@ -40,6 +41,7 @@ def steps():
     found["export_load"] = (["/usr/bin/python3", "tests/system/export_load.py"], {"WEFT_BIN": "build/dev/bin"})
     found["player_load"] = (["/usr/bin/python3", "tests/system/player_load.py"], {"WEFT_BIN": "build/dev/bin", "WEFT_SOURCE": "."})
     found["hostile_load"] = ([PYTHON, "tests/system/hostile_load.py"], {"WEFT_BIN": "build/dev/bin"})
+    found["hostile_crowd"] = ([PYTHON, "tests/system/hostile_crowd.py"], {"WEFT_BIN": "build/dev/bin"})
     found["client_load"] = ([PYTHON, "tests/system/client_load.py", "--seconds", "300"], {"WEFT_BIN": "build/dev/bin"})
     found["console_load"] = (["/usr/bin/python3", "tests/system/console_load.py"], {"WEFT_BIN": "build/dev/bin", "WEFT_SOURCE": "."})
     found["take_campaign"] = ([PYTHON, "tests/system/take_campaign.py", "--log", os.path.join(LOGS, "take_campaign.json")],

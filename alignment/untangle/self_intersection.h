@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <optional>
 #include <vector>
 

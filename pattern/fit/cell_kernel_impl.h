@@ -281,7 +281,8 @@ void Sample(const PixelView& image, const CellPose& pose, const CellWarp& warp, 
       for (int k = 0; k < 4; ++k) corner[k] = __builtin_convertvector((pixel[k] >> (8 * c)) & 255, Lanes);
       const Lanes above = corner[0] + x * (corner[1] - corner[0]),
                   under = corner[2] + x * (corner[3] - corner[2]);
-      Store(above + y * (under - above), samples->value[c][0] + first);
+      float* const values = samples->value[c][0];  // of all groups, one after the other
+      Store(above + y * (under - above), values + first);
     }
   }
 }

@@ -4,11 +4,13 @@
    python3 tests/fuzz/run.py requests --seconds 60      one of them, for a minute
    python3 tests/fuzz/run.py --keep                     keeps what reached new code in tests/fuzz/corpus
 
-Builds the preset `fuzz` first, which needs clang. A run starts from the target's seeds and its corpus. What fails is left
-as a file in build/fuzz/failures; the program repeats it: build/fuzz/bin/fuzz_TARGET FILE. Exit status 1 when one failed.
+Builds the preset `fuzz` first, which needs clang 16 (deploy/install-packages.sh --with-fuzz). A run replays the target's seeds and
+its corpus, and starts from them. What fails is left as a file in build/fuzz/failures; the program repeats it:
+build/fuzz/bin/fuzz_TARGET FILE. Exit status 1 when one failed.
 """
 
 import argparse
+import concurrent.futures
 import os
 import re
 import shutil
@@ -23,6 +25,8 @@ BUILD = os.path.join(ROOT, "build", "fuzz")
 LARGEST_KEPT_BYTES = 2048
 MOST_KEPT = 150
 INTERRUPTED = 72  # libFuzzer's exit status after SIGINT
+SANITIZERS = {"LSAN_OPTIONS": f"print_suppressions=0:suppressions={ROOT}/tests/fuzz/lsan_suppressions.txt",
+              "ASAN_SYMBOLIZER_PATH": shutil.which("llvm-symbolizer-16") or ""}
 
 
 def targets():
@@ -45,7 +49,7 @@ def fuzz(program, folder, arguments, limit_s=None, **environment):
     seconds of the processor."""
     spent_s = 0
     with tempfile.TemporaryFile("w+", errors="replace") as output:
-        with subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, **environment},
+        with subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, **SANITIZERS, **environment},
                               stdout=output, stderr=subprocess.STDOUT) as process:
             while process.poll() is None:
                 spent_s = processor_s(process.pid)
@@ -80,7 +84,7 @@ def keep(program, folder, target):
 
 def run(target, options):
     """Prints the line of one target; whether nothing failed."""
-    program = os.path.join(BUILD, "bin", f"fuzz_{target}")
+    program = os.path.join(options.programs, f"fuzz_{target}")
     failures = os.path.join(BUILD, "failures")
     os.makedirs(failures, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="weft-fuzz-") as folder:
@@ -88,10 +92,12 @@ def run(target, options):
             os.mkdir(os.path.join(folder, name))
         fuzz(program, folder, ["-runs=0"], WEFT_FUZZ_SEEDS=os.path.join(folder, "seeds"))
         folders = ["found", "seeds"] + ([corpus_of(target)] if os.path.isdir(corpus_of(target)) else [])
-        began = time.monotonic()
-        status, output, cpu_s = fuzz(program, folder, [
-            f"-runs={options.inputs}", "-max_len=65536", "-timeout=60", "-rss_limit_mb=8192", "-print_final_stats=1",
-            f"-artifact_prefix={failures}/{target}-", *folders], options.seconds)
+        limits = ["-max_len=65536", "-timeout=60", "-rss_limit_mb=8192", "-print_final_stats=1", f"-artifact_prefix={failures}/{target}-"]
+        began, cpu_s = time.monotonic(), 0
+        # All of the corpus, however little time there is.
+        status, output, _ = fuzz(program, folder, ["-runs=0", *limits, *folders])
+        if status == 0:
+            status, output, cpu_s = fuzz(program, folder, [f"-runs={options.inputs}", *limits, *folders], options.seconds)
         seconds = time.monotonic() - began
         inputs = re.findall(r"stat::number_of_executed_units:\s*(\d+)", output)
         reached = re.findall(r"cov: (\d+) ft: (\d+) corp: (\d+)", output) or [("?", "?", "?")]
@@ -114,6 +120,8 @@ def main():
     parser.add_argument("--seconds", type=int, default=1800, help="of the processor for each target at most (default 1800)")
     parser.add_argument("--keep", action="store_true", help="keep inputs that reach new code in tests/fuzz/corpus")
     parser.add_argument("--no-build", action="store_true", help="run what is built")
+    parser.add_argument("--programs", default=os.path.join(BUILD, "bin"), help="where targets are built (default build/fuzz/bin)")
+    parser.add_argument("--at-once", type=int, default=1, metavar="N", help="so many targets (default 1)")
     options = parser.parse_args()
     unknown = [target for target in options.targets if target not in targets()]
     if unknown:
@@ -122,7 +130,8 @@ def main():
         subprocess.run(["cmake", "--preset", "fuzz"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["cmake", "--build", "--preset", "fuzz"], cwd=ROOT, check=True)
     print(f"{'target':14}  {'inputs':>10}  {'s':>8}  {'CPU s':>8}  {'edges':>6}  {'corpus':>6}")
-    results = [run(target, options) for target in options.targets or targets()]
+    with concurrent.futures.ThreadPoolExecutor(options.at_once) as pool:
+        results = list(pool.map(lambda target: run(target, options), options.targets or targets()))
     return 0 if all(results) else 1
 
 

@@ -1,6 +1,7 @@
-// client_load FOLDER SERVER ECHO CLIENTS SECONDS WATCHED DONE: many clients of a daemon at once, beside a
-// server that only echoes. FOLDER has ca.pem and token-0, token-1, ...; WATCHED is a job that runs, DONE one
-// with a mesh. Prints a line of JSON: latencies in milliseconds from the time at which a call was due.
+// client_load FOLDER SERVER ECHO CLIENTS SECONDS WATCHED DONE [PER_S]: many clients of a daemon at once,
+// beside a server that only echoes. FOLDER has ca.pem and token-0, token-1, ...; WATCHED is a job that runs,
+// DONE one with a mesh. Asks PER_S times a second, by default half as often as the echo bears. Prints a line
+// of JSON: latencies in milliseconds from the time at which a call was due.
 #include <fcntl.h>
 #include <grpcpp/grpcpp.h>
 #include <sys/resource.h>
@@ -235,7 +236,7 @@ double CpuSeconds() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-int Run(char** argv) {
+int Run(char** argv, double per_s) {
   const int clients = std::atoi(argv[4]);
   const Seconds lasts(std::atof(argv[5]));
   Load load;
@@ -269,6 +270,7 @@ int Run(char** argv) {
   daemon.Saturate(Seconds(1));
   echo.Saturate(Seconds(1));
   const double echo_most = echo.Saturate(Seconds(5)), daemon_most = daemon.Saturate(Seconds(5));
+  if (per_s == 0) per_s = echo_most / 2;
   load.ForgetSamples();
   // Both are asked in turn, so that what else the machine does comes to both.
   Samples echo_reads, daemon_reads;
@@ -277,8 +279,8 @@ int Run(char** argv) {
   const Clock::time_point begin = Clock::now();
   for (const Clock::time_point end = begin + std::chrono::duration_cast<Clock::duration>(lasts);
        Clock::now() < end;) {
-    echo.OpenLoop(echo_most / 2, kTurn, echo_reads);
-    daemon.OpenLoop(echo_most / 2, kTurn, daemon_reads);
+    echo.OpenLoop(per_s, kTurn, echo_reads);
+    daemon.OpenLoop(per_s, kTurn, daemon_reads);
   }
   const Seconds lasted = Clock::now() - begin;
   const double cores = (CpuSeconds() - cpu_s) / lasted.count();
@@ -288,7 +290,7 @@ int Run(char** argv) {
   std::printf(
       R"({"echo_saturation_per_s": %.0f, "daemon_saturation_per_s": %.0f, "open_loop_per_s": %.0f, "echo": %s, "daemon": %s, "submit": %s, "cancel": %s, "fetch": %s, "first_update": %s, "fsync": %s, "client_cpu_cores": %.3f, "lasted_s": %.1f, "errors": %s})"
       "\n",
-      echo_most, daemon_most, echo_most / 2, echo_reads.Json().c_str(), daemon_reads.Json().c_str(),
+      echo_most, daemon_most, per_s, echo_reads.Json().c_str(), daemon_reads.Json().c_str(),
       load.submits.Json().c_str(), load.cancels.Json().c_str(), load.fetches.Json().c_str(),
       load.updates.Json().c_str(), load.syncs.Json().c_str(), cores, lasted.count(),
       load.errors.Json().c_str());
@@ -298,4 +300,6 @@ int Run(char** argv) {
 }  // namespace
 }  // namespace weft
 
-int main(int argc, char** argv) { return argc == 8 ? weft::Run(argv) : 2; }
+int main(int argc, char** argv) {
+  return argc == 8 ? weft::Run(argv, 0) : argc == 9 ? weft::Run(argv, std::atof(argv[8])) : 2;
+}

@@ -30,7 +30,8 @@ def resident_mib(pid):
 
 
 def make_studio(folder, clients):
-    """A daemon with TLS, its clients' tokens, a job that is done and one that runs."""
+    """A daemon with TLS, its clients' tokens, a take of many frames; its addresses, its certificate, key and state folder, and
+    certificates of clients that it lets in for nothing."""
     data, state = os.path.join(folder, "data"), os.path.join(folder, "state")
     os.mkdir(data)
     os.mkdir(state)
@@ -40,7 +41,9 @@ def make_studio(folder, clients):
     for i in range(len(first), FRAMES):  # a job that lasts: the same frames again and again
         shutil.copytree(os.path.join(scene, first[i % len(first)]), os.path.join(scene, f"{i:0{len(first[0])}d}"), copy_function=os.link)
     made = subprocess.run([os.path.join(BIN, "make_certificates"), folder], capture_output=True, text=True, check=True)
-    authority, certificate, key = made.stdout.split("\n")[:3]
+    authority, certificate, key, revocations, *strangers = made.stdout.split()
+    for path in (authority, *strangers):
+        os.chmod(path, 0o644)
     write(os.path.join(folder, "ca.pem"), read(authority))
     for i in range(clients):
         token = weft("access", "token", f"client-{i}", "--role", "client", "--state", state, check=0)
@@ -48,10 +51,11 @@ def make_studio(folder, clients):
     log = open(os.path.join(folder, "weftd.log"), "w")
     address = os.path.join(folder, "address")
     daemon = subprocess.Popen([os.path.join(BIN, "weftd"), "--listen", "0.0.0.0:0", "--listen", "127.0.0.1:0", "--tls-cert", certificate,
-                               "--tls-key", key, "--address-file", address, "--state", state, "--allow-path", data,
-                               "--workers", "1", "--threads-per-worker", "1"], stdout=log, stderr=log)
+                               "--tls-key", key, "--tls-client-ca", authority, "--tls-client-crl", revocations, "--address-file", address,
+                               "--state", state, "--allow-path", data, "--workers", "1", "--threads-per-worker", "1"],
+                              stdout=log, stderr=log)
     network, local = wait_for(lambda: os.path.exists(address) and read(address).split("\n")[:2], "weftd to listen")
-    return daemon, "127.0.0.1:" + network.rsplit(":", 1)[1], local, (certificate, key, state)
+    return daemon, "127.0.0.1:" + network.rsplit(":", 1)[1], local, (certificate, key, state), [authority, *strangers[:6]]
 
 
 def submit(folder, local, frames, name):
@@ -86,36 +90,46 @@ def show(found, memory, daemon_cpu):
     print(f"failed calls: {json.dumps(found['errors'])}")
 
 
+def start_echo(folder, network, job, identity):
+    """A server that only echoes, and its address."""
+    environment = {**os.environ, "WEFT_TOKEN_FILE": os.path.join(folder, "token-0"), "WEFT_TLS_CA": os.path.join(folder, "ca.pem")}
+    echo = subprocess.Popen([os.path.join(BIN, "echo_server"), network, job, *identity], env=environment, stdin=subprocess.PIPE,
+                            stdout=subprocess.PIPE, text=True)
+    return echo, echo.stdout.readline().strip()
+
+
+def load(daemon, *arguments):
+    """What the clients found, if they ended well, and the daemon's memory by time."""
+    memory, stop = [], threading.Event()
+    with subprocess.Popen([os.path.join(BIN, "client_load"), *map(str, arguments)], stdout=subprocess.PIPE, text=True) as clients:
+        watcher = threading.Thread(target=watch_memory, args=(daemon.pid, stop, memory))
+        watcher.start()
+        line = clients.stdout.readline()
+        stop.set()
+        watcher.join()
+    return json.loads(line) if line else None, memory
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--clients", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=300)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="weft-load-") as folder:
-        daemon, network, local, (certificate, key, state) = make_studio(folder, options.clients)
+        daemon, network, local, identity, _ = make_studio(folder, options.clients)
         try:
             done = submit(folder, local, ":0001", "done")
             weft("job", "watch", done, "--server", local, check=0)
-            identity = {**os.environ, "WEFT_TOKEN_FILE": os.path.join(folder, "token-0"), "WEFT_TLS_CA": os.path.join(folder, "ca.pem")}
-            echo = subprocess.Popen([os.path.join(BIN, "echo_server"), network, done, certificate, key, state], env=identity,
-                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-            echo_address = echo.stdout.readline().strip()
+            echo, echo_address = start_echo(folder, network, done, identity)
             watched = submit(folder, local, "0003:", "watched")
-            cpu, began, memory, stop = processor_s(daemon.pid), time.monotonic(), [], threading.Event()
-            with subprocess.Popen([os.path.join(BIN, "client_load"), folder, network, echo_address, str(options.clients),
-                                   str(options.seconds), watched, done], stdout=subprocess.PIPE, text=True) as clients:
-                watcher = threading.Thread(target=watch_memory, args=(daemon.pid, stop, memory))
-                watcher.start()
-                line = clients.stdout.readline()
-                stop.set()
-                watcher.join()
+            cpu, began = processor_s(daemon.pid), time.monotonic()
+            found, memory = load(daemon, folder, network, echo_address, options.clients, options.seconds, watched, done)
             daemon_cpu = (processor_s(daemon.pid) - cpu) / (time.monotonic() - began)
             echo.stdin.close()
             echo.wait()
-            if not line:
+            if found is None:
                 print(read(os.path.join(folder, "weftd.log"))[-2000:], file=sys.stderr)
                 return 1
-            found = json.loads(line)
             show(found, memory, daemon_cpu)
             loaded = [m for t, m in memory if t > memory[-1][0] - 0.75 * options.seconds]
             return 1 if found["errors"] or loaded[-1] > MOST_GROWTH * loaded[0] else 0

@@ -3,271 +3,64 @@
    WEFT_BIN=build/dev/bin python3 tests/system/hostile_load.py [--seconds 10] [ATTACK ...]
 
 A client with a token asks a daemon for a job 100 times a second, and measures. Meanwhile processes of another user attack, one
-kind after the other. Prints a line for each: the latency of the client that behaves well, the daemon's memory and descriptors,
-and how many entries of the audit log name the attackers. Exit status 1 when a call of the client failed, its p99 was beyond
-three times the quiet one, memory grew without bound, or the audit log is silent. Needs root, to be two users.
+kind after the other. After each attack unrelated processes burn the same time of the processors: that of the attackers with
+their priority, that of the daemon, beyond what it takes when all is quiet, with its priority. Prints a line for each: the
+latency of the client that behaves well, the p99 beside the unrelated processes, the daemon's memory and descriptors, and how
+many entries of the audit log name the attackers. Exit status 1 when a call of the client failed, its p99 was beyond twice
+that beside unrelated processes, memory grew without bound, or the audit log is silent. Needs root, to be two users.
 """
 
 import argparse
-import dataclasses
-import encodings.idna  # attackers cannot read the library of another user
-import itertools
 import json
+import math
 import multiprocessing
 import os
-import random
 import resource
-import shutil
-import socket
-import ssl
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 
-import http2
+from attackers import ATTACKS, FIRST_STRANGER, SILENT, Target, attack_as_stranger
 from client_load import resident_mib
 from studio import BIN, read, wait_for, weft, write
+from studio_load import processor_s
 
-FIRST_STRANGER = 60_000  # a user for each attack: whom one has kept out, the next one is not
-MOST_RATIO = 3
-LEAST_QUIET_MS = 2.0  # p99 of a quiet machine is below the scheduler's noise
+MOST_RATIO = 2
+LEAST_P99_MS = 2.0  # below it p99 is the scheduler's noise
+BURST_S = 0.02
 MOST_MIB = 1024
-FETCH, LIST, SUBMIT = "/weft.v1.Jobs/FetchResult", "/weft.v1.Jobs/ListJobs", "/weft.v1.Jobs/SubmitJob"
 
 
-@dataclasses.dataclass
-class Target:
-    """What attackers know: the daemon, tokens of a viewer and of a client, an input, a folder of their own."""
-    address: str
-    secure_address: str
-    token: str
-    client_token: str
-    job: str
-    frame: str
-    scene: str
-    lair: str
-    certificates: list  # authority, then certificate and key of clients that nobody should let in
-
-
-def patient(act, target, until):
-    """Acts again and again; refusals and broken connections are what attackers live with."""
+def burn(share, idle, seconds):
+    """Takes this share of a core, in bursts."""
+    if idle:
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
-        try:
-            act(target, until)
-        except (OSError, ValueError):
-            time.sleep(0.01)
-
-
-def unread_streams(target, until):
-    """Downloads with a window of 0 bytes, each connection as many as it may have."""
-    fetch = http2.field(1, target.job) + http2.field(2, target.frame) + b"\x18\x01"
-    connection = http2.connect(target.address, http2.PREFACE + http2.settings(initial_window_size=0))
-    connection.sendall(b"".join(http2.call(1 + 2 * i, FETCH, fetch, target.token) for i in range(70)))
-    time.sleep(max(0, until - time.monotonic()))
-
-
-def half_open(target, until):
-    """Connections that stop in the middle: of the preface, of a frame, of a message."""
-    beginnings = [http2.PREFACE[:7], http2.PREFACE, http2.PREFACE + http2.settings()[:4],
-                  http2.PREFACE + http2.settings() + http2.call(1, LIST, b"", target.token)[:60],
-                  http2.PREFACE + http2.settings() + http2.frame(http2.HEADERS, 4, 1, http2.header_block(LIST, target.token)) +
-                  http2.frame(http2.DATA, 0, 1, b"\0\0\0\4\0abc")]
-    connections = []
-    while time.monotonic() < until and len(connections) < 60:
-        connections.append(http2.connect(target.address, random.choice(beginnings)))
-    time.sleep(max(0, until - time.monotonic()))
-
-
-def connection_flood(target, until):
-    """As many connections as descriptors last."""
-    connections = []
-    try:
-        while time.monotonic() < until:
-            connections.append(http2.connect(target.address, b""))
-            if len(connections) >= 900:
-                connections.clear()
-    finally:
-        for connection in connections:
-            connection.close()
-
-
-def rapid_reset(target, until):
-    """CVE-2023-44487: calls that are cancelled as soon as they are made."""
-    connection = http2.connect(target.address)
-    for first in range(1, 2**30, 200):
-        if time.monotonic() > until:
-            return
-        connection.sendall(b"".join(http2.call(stream, LIST, b"", target.token) + http2.frame(http2.RST_STREAM, 0, stream, http2.CANCEL)
-                                    for stream in range(first, first + 200, 2)))
-
-
-def control_frames(target, until):
-    """CVE-2019-9512 and 9515: pings and settings that want answers, which nobody reads."""
-    connection = http2.connect(target.address)
-    while time.monotonic() < until:
-        connection.sendall((http2.frame(http2.PING, 0, 0, b"12345678") + http2.settings()) * 100)
-
-
-def endless_headers(target, until):
-    """CVE-2024-27316 and the like: a block of headers that never ends."""
-    connection = http2.connect(target.address)
-    connection.sendall(http2.frame(http2.HEADERS, 0, 1, http2.header_block(LIST, target.token)))
-    while time.monotonic() < until:
-        connection.sendall(http2.frame(http2.CONTINUATION, 0, 1, b"\0\1a\x7f\x81\x7f" + b"b" * 16000))
-
-
-def malformed(target, until):
-    """Bytes that are no frames, frames that are no calls, messages that are no protobuf."""
-    choices = [lambda: http2.noise(1000), lambda: http2.PREFACE + http2.noise(1000),
-               lambda: http2.PREFACE + http2.settings() + http2.frame(random.randrange(256), random.randrange(256), random.randrange(9), http2.noise(99)),
-               lambda: http2.PREFACE + http2.settings() + http2.call(1, LIST, http2.noise(200), target.token),
-               lambda: http2.PREFACE + b"\xff\xff\xff\0\0\0\0\0\1" + http2.noise(99)]
-    while time.monotonic() < until:
-        connection = http2.connect(target.address, random.choice(choices)())
-        time.sleep(0.002)
-        connection.close()
-
-
-def huge_messages(target, until):
-    """Messages that say to be 4 GiB, and ones that are as large as they can be."""
-    connection = http2.connect(target.address)
-    connection.settimeout(5)
-    for stream in range(1, 2**30, 2):
-        if time.monotonic() > until:
-            return
-        connection.sendall(http2.frame(http2.HEADERS, 4, stream, http2.header_block(LIST, target.token)) +
-                           http2.frame(http2.DATA, 0, stream, b"\0\xff\xff\xff\xff") + http2.frame(http2.DATA, 0, stream, bytes(16384)) * 8)
-
-
-def strangers(target, until):
-    """Calls with tokens that were guessed."""
-    connection = http2.connect(target.address)
-    for first in range(1, 2**30, 100):
-        if time.monotonic() > until:
-            return
-        connection.sendall(b"".join(http2.call(stream, LIST, b"", "weft_" + os.urandom(32).hex()) for stream in range(first, first + 100, 2)))
-        connection.recv(1 << 16)
-
-
-def wrong_role(target, until):
-    """A viewer who empties the trash, again and again."""
-    connection = http2.connect(target.address)
-    for first in range(1, 2**30, 100):
-        if time.monotonic() > until:
-            return
-        connection.sendall(b"".join(http2.call(stream, "/weft.v1.Takes/EmptyTrash", b"", target.token) for stream in range(first, first + 100, 2)))
-        connection.recv(1 << 16)
-
-
-def greedy_reads(target, until):
-    """Allowed calls, as fast as they can be sent."""
-    connection = http2.connect(target.address)
-    for first in range(1, 2**30, 100):
-        if time.monotonic() > until:
-            return
-        connection.sendall(b"".join(http2.call(stream, LIST, b"", target.token) for stream in range(first, first + 100, 2)))
-        connection.recv(1 << 16)
-
-
-def submission(take, rig="rig.json", board="board.json", garment="template", key=None):
-    """A request of SubmitJob, with results in the state folder."""
-    spec = b"".join(http2.field(number, text) for number, text in enumerate((take, rig, board, garment), 1))
-    return http2.field(1, spec) + (http2.field(3, key) if key else b"")
-
-
-def submit_each(target, until, submissions):
-    """Submits them in turn, as fast as answers come."""
-    connection = http2.connect(target.address)
-    connection.settimeout(5)
-    for stream, request in zip(range(1, 2**30, 2), itertools.cycle(submissions)):
-        if time.monotonic() > until:
-            return
-        connection.sendall(http2.call(stream, SUBMIT, request, target.client_token))
-        connection.recv(1 << 16)
-
-
-def of_scene(scene, **other):
-    paths = {"take": scene, "rig": f"{scene}/rig.json", "board": f"{scene}/board.json", "garment": f"{scene}/template"}
-    return submission(**{**paths, **other})
-
-
-def path_tricks(target, until):
-    """Inputs out of the allowed folders, by every way that a path knows."""
-    up = "/..".join([target.scene] + [""] * 40)
-    submit_each(target, until, [of_scene(target.scene, take=path) for path in ("/etc", up + "/etc", "/proc/self/root/etc", "relative", "", "/" * 500)] +
-                [of_scene(target.scene, rig=path) for path in (up + "/etc/shadow", "/proc/self/mem", target.scene + "/rig.json/../../../../etc/passwd",
-                                                               target.scene + "/\0/rig.json", target.scene + "/" + "a" * 4000, "\x1b[2J" * 20)])
-
-
-def swapped_links(target, until):
-    """A rig that is a file, a link to one that nobody may read, a file, ... all the while."""
-    path = os.path.join(target.lair, "rig.json")
-    swapper = multiprocessing.Process(target=swap_links, args=(path, os.path.join(target.scene, "rig.json"), until))
-    swapper.start()
-    submit_each(target, until, [of_scene(target.scene, rig=path)])
-    swapper.join()
-
-
-def swap_links(path, good, until):
-    own = f"{path}.{os.getpid()}"
-    while time.monotonic() < until:
-        shutil.copy(good, own)
-        os.replace(own, path)
-        os.symlink("/etc/shadow", own)
-        os.replace(own, path)
-
-
-def special_files(target, until):
-    """FIFOs that nobody writes, links to devices without an end."""
-    fifo, device = (os.path.join(target.lair, f"{name}.{os.getpid()}") for name in ("fifo", "zeros"))
-    os.mkfifo(fifo)
-    os.symlink("/dev/zero", device)
-    submit_each(target, until, [of_scene(target.scene, **{field: path}) for path in (fifo, device, "/dev/zero", "/dev/random")
-                                for field in ("take", "rig", "board", "garment")])
-
-
-def replayed_keys(target, until):
-    """One request again and again, and the same key for others."""
-    key = f"replayed-{os.getuid()}"
-    submit_each(target, until, [of_scene(target.scene, key=key), of_scene(target.scene, key=key), of_scene(target.scene, board=f"{target.scene}/rig.json", key=key)])
-
-
-def bad_certificates(target, until):
-    """Clients whose certificates have expired, were revoked, or are of another authority."""
-    authority, *clients = target.certificates
-    host, port = target.secure_address.rsplit(":", 1)
-    for at in itertools.count():
-        if time.monotonic() > until:
-            return
-        context = ssl.create_default_context(cafile=authority)
-        context.set_alpn_protocols(["h2"])
-        context.load_cert_chain(*clients[2 * at % len(clients):][:2])
-        try:
-            with context.wrap_socket(socket.create_connection((host, int(port)), timeout=5), server_hostname=host) as connection:
-                connection.sendall(http2.PREFACE + http2.settings() + http2.call(1, LIST, b""))
-                while connection.recv(1 << 16):
-                    pass
-        except OSError:
+        began, spent_s = time.monotonic(), time.process_time()
+        while time.process_time() - spent_s < share * BURST_S and time.monotonic() < until:
             pass
+        time.sleep(max(0, began + BURST_S - time.monotonic()))
 
 
-ATTACKS = {attack.__name__: attack for attack in (unread_streams, half_open, connection_flood, rapid_reset, control_frames, endless_headers,
-                                                 malformed, huge_messages, strangers, wrong_role, greedy_reads, path_tricks,
-                                                 swapped_links, special_files, replayed_keys, bad_certificates)}
-# Those that make no call which could be refused; connections that end without a call are named later.
-SILENT = {"control_frames", "endless_headers", "rapid_reset", "unread_streams", "half_open", "huge_messages", "malformed"}
+def burners(cores, idle, seconds):
+    """Processes that burn so many cores together, as many as there are whole ones and one more."""
+    count = math.ceil(cores)
+    return [multiprocessing.Process(target=burn, args=(cores / count, idle, seconds)) for _ in range(count)]
 
 
-def attack_as_stranger(name, user, target, seconds):
-    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))  # as if it were another machine
-    os.setgroups([])
-    os.setgid(user)
-    os.setuid(user)
-    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-    resource.setrlimit(resource.RLIMIT_NOFILE, (min(most, 4096), most))
-    patient(ATTACKS[name], target, time.monotonic() + seconds)
+def children_s():
+    """Time of the processors that processes took which have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def run_all(processes):
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
 
 
 class Studio:
@@ -343,30 +136,35 @@ def main():
         studio = Studio(folder)
         time.sleep(2)
         studio.seen()
+        spent_s = processor_s(studio.daemon.pid)
         time.sleep(options.seconds)
+        quiet_s = processor_s(studio.daemon.pid) - spent_s
         quiet = studio.seen()
-        print(f"{'':18} {'calls':>6} {'p50 ms':>8} {'p99 ms':>8} {'max ms':>8} {'ratio':>6} {'failed':>6} {'MiB':>6} {'open':>5} {'audited':>8}")
+        print(f"{'':18} {'calls':>6} {'p50 ms':>8} {'p99 ms':>8} {'max ms':>8} {'burn':>8} {'ratio':>6} {'cores':>6} {'failed':>6} {'MiB':>6} "
+              f"{'open':>5} {'audited':>8}")
 
-        def show(name, seen, ratio, audited):
+        def show(name, seen, beside, ratio, cores, audited):
             descriptors = len(os.listdir(f"/proc/{studio.daemon.pid}/fd"))
-            print(f"{name:18} {seen['n']:6} {seen['p50']:8.2f} {seen['p99']:8.2f} {seen['max']:8.2f} {ratio:6.2f} {seen['failed']:6} "
-                  f"{resident_mib(studio.daemon.pid):6.0f} {descriptors:5} {audited:8} {seen['reason']}", flush=True)
-        show("quiet", quiet, 1, 0)
+            print(f"{name:18} {seen['n']:6} {seen['p50']:8.2f} {seen['p99']:8.2f} {seen['max']:8.2f} {beside['p99']:8.2f} {ratio:6.2f} "
+                  f"{cores:6.2f} {seen['failed']:6} {resident_mib(studio.daemon.pid):6.0f} {descriptors:5} {audited:8} {seen['reason']}",
+                  flush=True)
+        show("quiet", quiet, quiet, 1, 0, 0)
         for user, name in enumerate(options.attacks or ATTACKS, FIRST_STRANGER):
-            before = studio.audited(user)
-            attackers = [multiprocessing.Process(target=attack_as_stranger, args=(name, user, studio.target, options.seconds)) for _ in range(options.attackers)]
+            before, spent_s, theirs_s = studio.audited(user), processor_s(studio.daemon.pid), children_s()
             studio.seen()
-            for attacker in attackers:
-                attacker.start()
-            for attacker in attackers:
-                attacker.join()
+            run_all([multiprocessing.Process(target=attack_as_stranger, args=(name, user, studio.target, options.seconds))
+                     for _ in range(options.attackers)])
             seen = studio.seen()
+            theirs = (children_s() - theirs_s) / options.seconds
+            own = max(0, processor_s(studio.daemon.pid) - spent_s - quiet_s) / options.seconds
             studio.cancel_jobs()
             time.sleep(3)
             studio.seen()
-            ratio = seen["p99"] / max(quiet["p99"], LEAST_QUIET_MS)
+            run_all(burners(theirs, True, options.seconds) + burners(own, False, options.seconds))
+            beside = studio.seen()
+            ratio = seen["p99"] / max(beside["p99"], LEAST_P99_MS)
             audited = studio.audited(user) - before
-            show(name, seen, ratio, audited)
+            show(name, seen, beside, ratio, theirs + own, audited)
             if seen["failed"] or ratio > MOST_RATIO or resident_mib(studio.daemon.pid) > MOST_MIB or (audited == 0 and name not in SILENT):
                 failures.append(name)
         if not studio.stop():
