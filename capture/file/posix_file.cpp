@@ -37,9 +37,12 @@ absl::Status FileError(const std::string& path, const std::string& what, int err
 }
 
 absl::StatusOr<PosixFile> PosixFile::Open(const std::string& path, int flags) {
-  const int fd = open(path.c_str(), flags | O_CLOEXEC, 0644);
+  // Without O_NONBLOCK a FIFO that nobody writes would never be opened.
+  const int fd = open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0644);
   if (fd < 0) return FileError(path, "cannot be opened", errno);
-  return PosixFile(path, fd);
+  PosixFile file(path, fd);
+  if (const absl::StatusOr<uint64_t> size = file.Size(); !size.ok()) return size.status();
+  return file;
 }
 
 PosixFile::PosixFile(PosixFile&& other) noexcept

@@ -17,7 +17,7 @@ absl::Status FileError(const std::string& path, const std::string& what, int err
 // Thread safety: positioned reads and writes may run beside each other.
 class PosixFile {
  public:
-  // `flags` as of open(2); files are made with mode 0644.
+  // `flags` as of open(2); files are made with mode 0644. InvalidArgument: a folder, a FIFO or a device.
   static absl::StatusOr<PosixFile> Open(const std::string& path, int flags);
   PosixFile(PosixFile&& other) noexcept;
   PosixFile& operator=(PosixFile&& other) noexcept;

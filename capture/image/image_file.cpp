@@ -1,8 +1,9 @@
 #include "capture/image/image_file.h"
 
+#include <fcntl.h>
+
 #include <cerrno>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -30,19 +31,16 @@ uint64_t MostBytes(const std::optional<ImageSize>& expected) {
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path, uint64_t most_bytes) {
   std::error_code error;
   if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
-  if (!fs::is_regular_file(path, error))
-    return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
-  const uint64_t size = fs::file_size(path, error);
-  if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
-  if (size > most_bytes) {
+  const absl::StatusOr<PosixFile> file = PosixFile::Open(path, O_RDONLY);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<uint64_t> size = file->Size();
+  if (!size.ok()) return size.status();
+  if (*size > most_bytes) {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": ", size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
+        absl::StrCat(path, ": ", *size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
   }
-  std::vector<uint8_t> bytes(size);
-  std::ifstream in(path, std::ios::binary);
-  if (!in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)) && size > 0) {
-    return absl::UnavailableError(absl::StrCat(path, ": cannot be read (permissions?)"));
-  }
+  std::vector<uint8_t> bytes(*size);
+  if (absl::Status status = file->ReadAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
   return bytes;
 }
 

@@ -43,7 +43,8 @@ struct RetentionCommandOptions {
   bool json = false;
   double ahead_days = 0;
   // None: as in force.
-  std::optional<double> keep_takes_days, keep_trash_days, keep_jobs_days, takes_quota_gib, least_free_gib;
+  std::optional<double> keep_takes_days, keep_trash_days, keep_jobs_days, takes_quota_gib, least_free_gib,
+      least_trash_hours, keep_uploads_days, keep_notices_days;
 };
 
 v1::RehearseRetentionRequest RehearsalRequest(const RetentionCommandOptions& options) {
@@ -54,6 +55,9 @@ v1::RehearseRetentionRequest RehearsalRequest(const RetentionCommandOptions& opt
   if (options.keep_jobs_days) rules.set_keep_jobs_days(*options.keep_jobs_days);
   if (options.takes_quota_gib) rules.set_takes_quota_gib(*options.takes_quota_gib);
   if (options.least_free_gib) rules.set_least_free_gib(*options.least_free_gib);
+  if (options.least_trash_hours) rules.set_least_trash_hours(*options.least_trash_hours);
+  if (options.keep_uploads_days) rules.set_keep_uploads_days(*options.keep_uploads_days);
+  if (options.keep_notices_days) rules.set_keep_notices_days(*options.keep_notices_days);
   request.set_ahead_days(options.ahead_days);
   return request;
 }
@@ -75,9 +79,14 @@ void PrintRules(const v1::RetentionRules& rules) {
               rules.keep_trash_days(), rules.keep_uploads_days(), rules.keep_notices_days());
 }
 
-void PrintStep(const v1::RetentionStep& step) {
-  const std::string when =
-      step.due_in_s() > 0 ? absl::StrFormat("in %.1f days", step.due_in_s() / 86400) : "now";
+std::string WhenDue(double due_in_s) {
+  if (due_in_s <= 0) return "now";
+  constexpr double kHour_s = 3600, kDay_s = 24 * kHour_s;
+  return due_in_s < 2 * kDay_s ? absl::StrFormat("in %.1f hours", due_in_s / kHour_s)
+                               : absl::StrFormat("in %.1f days", due_in_s / kDay_s);
+}
+
+void PrintStep(const v1::RetentionStep& step, const std::string& when) {
   const std::string size =
       step.bytes() > 0 ? absl::StrFormat(" (%.2f GiB)", static_cast<double>(step.bytes()) / 1073741824.0)
                        : "";
@@ -96,13 +105,13 @@ absl::Status RunRetention(const RetentionCommandOptions& options) {
   std::printf("days count while the daemon runs: it has seen %.2f\n", rehearsal->seen_days());
   if (options.dry_run) {
     std::printf(rehearsal->steps().empty() ? "nothing would go\n" : "would go, in this order:\n");
-    for (const v1::RetentionStep& step : rehearsal->steps()) PrintStep(step);
+    for (const v1::RetentionStep& step : rehearsal->steps()) PrintStep(step, WhenDue(step.due_in_s()));
     for (const std::string& note : rehearsal->notes()) std::printf("note: %s\n", note.c_str());
     return absl::OkStatus();
   }
   std::printf(rehearsal->done().empty() ? "nothing went since its start; audit.log has what went before\n"
-                                        : "went since its start, newest first:\n");
-  for (const v1::RetentionStep& step : rehearsal->done()) PrintStep(step);
+                                        : "went since its start, newest first; audit.log has the times:\n");
+  for (const v1::RetentionStep& step : rehearsal->done()) PrintStep(step, "gone");
   return absl::OkStatus();
 }
 
@@ -131,6 +140,9 @@ void AddRetention(CLI::App& group, CommandLine& line) {
   add("--keep-jobs-days", options->keep_jobs_days, "DAYS", "The same");
   add("--takes-quota-gib", options->takes_quota_gib, "GIB", "The same");
   add("--least-free-gib", options->least_free_gib, "GIB", "The same");
+  add("--least-trash-hours", options->least_trash_hours, "HOURS", "The same");
+  add("--keep-uploads-days", options->keep_uploads_days, "DAYS", "The same");
+  add("--keep-notices-days", options->keep_notices_days, "DAYS", "The same");
   retention->callback([options, &line] { line.run = [options] { return RunRetention(*options); }; });
 }
 

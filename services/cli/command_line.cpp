@@ -27,8 +27,8 @@ std::string WithoutHugeNumbers(const std::string& parse_error) {
 }
 
 absl::Status CheckFinite(const CLI::App& command) {
-  static const std::set<std::string> units = {"FLOAT", "S",   "MS", "MM", "PX", "HZ",    "FPS",
-                                              "DEG",   "GIB", "GB", "M",  "CM", "FACTOR"};
+  static const std::set<std::string> units = {"FLOAT", "S",  "MS", "MM", "PX",     "HZ",   "FPS",  "DEG",
+                                              "GIB",   "GB", "M",  "CM", "FACTOR", "DAYS", "HOURS"};
   for (const CLI::Option* option : command.get_options()) {
     const std::string type = option->get_type_name().substr(0, option->get_type_name().find(':'));
     if (!units.contains(type)) continue;

@@ -134,6 +134,9 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& se
   if (!token.ok()) return token.status();
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
   const std::string text(absl::StripAsciiWhitespace(*token));
+  if (text.empty() && !identity.token_file.empty())
+    return absl::InvalidArgumentError(absl::StrCat("WEFT_TOKEN_FILE: ", identity.token_file,
+                                                   " is empty; put a token of `weft access token` there"));
   if (!text.empty()) interceptors.push_back(std::make_unique<TokenInterceptorFactory>(text));
   return grpc::experimental::CreateCustomChannelWithInterceptors(server, credentials, ChannelSettings(),
                                                                  std::move(interceptors));

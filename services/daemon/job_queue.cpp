@@ -52,7 +52,9 @@ absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Create(std::unique_ptr<Catal
                                                            JobQueueOptions options) {
   std::unique_ptr<JobQueue> queue(
       new JobQueue(std::move(catalogue), std::move(executor), std::move(options)));
-  queue->background_ = std::thread(&JobQueue::WorkInBackground, queue.get());
+  constexpr int kBackgroundThreads = 3;
+  for (int i = 0; i < kBackgroundThreads; ++i)
+    queue->background_.emplace_back(&JobQueue::WorkInBackground, queue.get(), i == 0);
   if (absl::Status status = queue->Resume(); !status.ok()) return status;
   return queue;
 }
@@ -99,7 +101,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   if (options_.find_incomplete && !live->life.ends_early() && !live->life.following() &&
       counts.done() + counts.degraded() + counts.failed() > 0) {
     live->checking = true;
-    Defer([this, live] { CheckResults(live); });
+    Defer(live, [this, live] { CheckResults(live); });
   }
   FinishIfDone(live);
 }
@@ -364,7 +366,8 @@ void JobQueue::Stop() {
     background_ends_ = true;
     deferred_changed_.notify_all();
   }
-  if (background_.joinable()) background_.join();
+  for (std::thread& thread : background_) thread.join();
+  background_.clear();
 }
 
 }  // namespace weft

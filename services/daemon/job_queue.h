@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <list>
 #include <map>
@@ -138,6 +137,11 @@ class JobQueue {
   struct Watcher;
   using Lock = std::unique_lock<std::mutex>;
   using Time = std::chrono::steady_clock::time_point;
+  // Files to read or write, by the threads of background_: for one job one after the other.
+  struct Deferred {
+    std::shared_ptr<LiveJob> job;
+    std::function<void()> work;
+  };
 
   JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor, JobQueueOptions options);
   absl::Status Resume();
@@ -152,7 +156,7 @@ class JobQueue {
   void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
   void UnlockAndTell(Lock& lock);
-  void WorkInBackground();  // the loop of background_
+  void WorkInBackground(bool is_first);  // the loop of each of background_
 
   // The functions below need the lock.
   absl::Status CheckRoom(const v1::Job& job, v1::Role role) const;  // errors of Submit
@@ -202,7 +206,8 @@ class JobQueue {
   void DoWhatIsDue(Lock& lock);
   void MarkChanged(const LiveJob& job);
   void Forget(const std::shared_ptr<LiveJob>& job);
-  void Defer(std::function<void()> work);
+  void Defer(const std::shared_ptr<LiveJob>& job, std::function<void()> work);
+  std::optional<Deferred> NextDeferred();
 
   const std::unique_ptr<Catalogue> catalogue_;
   const std::unique_ptr<Executor> executor_;
@@ -223,7 +228,9 @@ class JobQueue {
 
   std::vector<std::function<void()>> to_tell_;
   std::condition_variable deferred_changed_;
-  std::deque<std::function<void()>> deferred_;  // files to write
+  std::list<Deferred> deferred_;
+  std::map<const LiveJob*, std::string> in_background_;  // its caller
+  Turns background_turns_;
   bool due_changed_ = false;
   std::optional<Time> save_again_, backup_due_, last_backup_;
   int64_t backed_up_version_ = 0;
@@ -231,7 +238,7 @@ class JobQueue {
   int64_t frames_done_ = 0, frames_failed_ = 0;
   std::string catalogue_trouble_, backup_trouble_;  // "" while all is well
   bool background_ends_ = false;
-  std::thread background_;
+  std::vector<std::thread> background_;
 };
 
 }  // namespace weft

@@ -31,11 +31,11 @@ void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
   if (job->life.following() && !job->life.ends_early()) return;
   if (options_.find_incomplete && !job->checked && !job->life.ends_early()) {
     job->checking = true;
-    Defer([this, job] { CheckResults(job); });
+    Defer(job, [this, job] { CheckResults(job); });
     return;
   }
   job->finishing = true;
-  Defer([this, job] { WriteResults(job); });
+  Defer(job, [this, job] { WriteResults(job); });
 }
 
 // In the background: looks at the results of a job that has no tasks.

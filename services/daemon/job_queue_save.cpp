@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "services/callers/caller.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 
@@ -133,8 +134,8 @@ void JobQueue::Forget(const std::shared_ptr<LiveJob>& job) {
   if (job->ended && job->watchers == 0) jobs_.remove(job);
 }
 
-void JobQueue::Defer(std::function<void()> work) {
-  deferred_.push_back(std::move(work));
+void JobQueue::Defer(const std::shared_ptr<LiveJob>& job, std::function<void()> work) {
+  deferred_.push_back({job, std::move(work)});
   deferred_changed_.notify_all();
 }
 
@@ -167,7 +168,7 @@ void JobQueue::DoWhatIsDue(Lock& lock) {
   for (const auto& job : jobs_) {
     if (!job->look_at || *job->look_at > now) continue;
     job->look_at.reset();
-    if (!job->ended) Defer([this, job] { LookAtTake(job); });
+    if (!job->ended) Defer(job, [this, job] { LookAtTake(job); });
   }
   for (const auto& job : std::list(jobs_)) {
     if (!job->start_again || *job->start_again > now) continue;
@@ -180,27 +181,58 @@ void JobQueue::DoWhatIsDue(Lock& lock) {
   lock.lock();
 }
 
-void JobQueue::WorkInBackground() {
+// Results that are slow to read keep one thread of their caller's, or two; the others' jobs end meanwhile.
+std::optional<JobQueue::Deferred> JobQueue::NextDeferred() {
+  constexpr int kOfOneCaller = 2;
+  std::set<const LiveJob*> seen;
+  std::vector<std::list<Deferred>::iterator> may_begin;
+  std::vector<std::string> callers;
+  for (auto at = deferred_.begin(); at != deferred_.end(); ++at) {
+    if (!seen.insert(at->job.get()).second || in_background_.contains(at->job.get())) continue;
+    const std::string& caller = at->job->job().submitted_by();
+    const auto same = std::ranges::count_if(in_background_, [&caller](const auto& entry) {
+      return AccountOf(entry.second) == AccountOf(caller);
+    });
+    if (same >= kOfOneCaller) continue;
+    may_begin.push_back(at);
+    callers.push_back(caller);
+  }
+  if (may_begin.empty()) return std::nullopt;
+  const auto next = may_begin[background_turns_.Next(callers)];
+  Deferred deferred = std::move(*next);
+  deferred_.erase(next);
+  return deferred;
+}
+
+void JobQueue::WorkInBackground(bool is_first) {
   Lock lock(mutex_);
   for (;;) {
-    const auto woken = [this] { return background_ends_ || due_changed_ || !deferred_.empty(); };
-    if (const std::optional<Time> due = NextDue()) {
-      deferred_changed_.wait_until(lock, *due, woken);
-    } else {
-      deferred_changed_.wait(lock, woken);
-    }
-    due_changed_ = false;
-    if (deferred_.empty() && background_ends_) break;
-    if (deferred_.empty()) {
-      DoWhatIsDue(lock);
+    if (std::optional<Deferred> next = NextDeferred()) {
+      const std::string caller = next->job->job().submitted_by();
+      in_background_[next->job.get()] = caller;
+      background_turns_.Begin(caller);
+      const Time began = std::chrono::steady_clock::now();
+      lock.unlock();
+      next->work();
+      lock.lock();
+      background_turns_.End(caller,
+                            std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
+      in_background_.erase(next->job.get());
+      deferred_changed_.notify_all();
       continue;
     }
-    const std::function<void()> work = std::move(deferred_.front());
-    deferred_.pop_front();
-    lock.unlock();
-    work();
-    lock.lock();
+    if (background_ends_ && deferred_.empty() && (!is_first || in_background_.empty())) break;
+    const std::optional<Time> due = is_first ? NextDue() : std::nullopt;
+    if (is_first && (due_changed_ || (due && *due <= std::chrono::steady_clock::now()))) {
+      due_changed_ = false;
+      DoWhatIsDue(lock);
+    } else if (due) {
+      deferred_changed_.wait_until(lock, *due);
+    } else {
+      deferred_changed_.wait(lock);
+    }
   }
+  if (!is_first) return;
   SaveAgain();
   if (catalogue_trouble_.empty()) MakeBackup(lock);
 }

@@ -341,7 +341,7 @@ void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, co
   Remember(*job, position);
   const v1::FrameInfo info = job->infos()[position];
   spdlog::error("job {}: frame {} is set aside: {}", job->job().id(), info.frame(), info.reason());
-  Defer([job_copy = job->job(), info] {
+  Defer(job, [job_copy = job->job(), info] {
     const absl::Status status = WriteSetAsideReport(job_copy, info);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   });

@@ -26,7 +26,7 @@ class KnownInputs {
   explicit KnownInputs(Clock now_s = [] { return std::time(nullptr); }) : now_s_(std::move(now_s)) {}
 
   // What the inputs of `spec` hold: known, or from `load`, which a few calls at most do at a time, as inputs
-  // are large; one of each caller, so that nobody waits for the slow inputs of another. Its errors are not
+  // are large; two of each caller, so that nobody waits for the slow inputs of another. Its errors are not
   // remembered. The paths of `spec` are canonical.
   absl::StatusOr<LoadedInputs> Get(const v1::RegistrationSpec& spec, const std::string& caller_name,
                                    const InputsLoader& load);
@@ -42,7 +42,7 @@ class KnownInputs {
   void Keep(Entry entry);
 
   const Clock now_s_;
-  TurnGate loading_{3, 1};
+  TurnGate loading_{4, 2};
   std::mutex mutex_;
   std::list<Entry> entries_;  // the one used last comes first
 };

@@ -148,7 +148,7 @@ void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
 // Days are those that a daemon has seen.
 void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
   const auto add = [&app](const char* name, double& value, const char* unit, const char* what) {
-    app.add_option(name, value, what)->type_name(unit)->check(CLI::NonNegativeNumber);
+    app.add_option(name, value, what)->type_name(unit);
   };
   add("--keep-takes-days", rules.keep_takes_days, "DAYS",
       "Takes that are older go to the trash, unless they are pinned; 0 keeps them. Days in which no daemon "

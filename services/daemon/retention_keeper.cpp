@@ -191,7 +191,13 @@ void RetentionKeeper::Look(const RetentionSource& source, const std::stop_token&
 v1::RetentionRehearsal RetentionKeeper::Rehearse(const v1::RetentionRules& asked, double ahead_days) {
   std::vector<Holding> holdings;
   for (const RetentionSource& source : options_.sources) {
-    for (Holding& holding : source.list()) holdings.push_back(std::move(holding));
+    for (Holding& holding : source.list()) {
+      RetentionStep step;
+      step.kind = holding.kind;
+      step.id = holding.id;
+      holding.kept = holding.kept || source.is_in_use(step);
+      holdings.push_back(std::move(holding));
+    }
   }
   v1::RetentionRehearsal rehearsal;
   RetentionPlan plan;
@@ -204,12 +210,7 @@ v1::RetentionRehearsal RetentionKeeper::Rehearse(const v1::RetentionRules& asked
     rehearsal.set_seen_days(policy_.seen_days());
     for (const v1::RetentionStep& step : done_) *rehearsal.add_done() = step;
   }
-  for (const RetentionStep& step : plan.steps) {
-    const auto source =
-        std::find_if(options_.sources.begin(), options_.sources.end(),
-                     [&](const RetentionSource& one) { return one.kinds.contains(step.kind); });
-    if (!source->is_in_use(step)) *rehearsal.add_steps() = InMessage(step);
-  }
+  for (const RetentionStep& step : plan.steps) *rehearsal.add_steps() = InMessage(step);
   for (const std::string& note : plan.notes) rehearsal.add_notes(note);
   return rehearsal;
 }

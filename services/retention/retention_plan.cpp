@@ -36,7 +36,7 @@ double BytesOfTakes(const std::vector<Holding>& holdings) {
   return bytes;
 }
 
-RetentionStep StepFor(const Holding& holding, std::string because, double due_in_s = 0) {
+RetentionStep StepFor(const Holding& holding, std::string because) {
   RetentionStep step;
   step.kind = holding.kind;
   step.id = holding.id;
@@ -44,7 +44,6 @@ RetentionStep StepFor(const Holding& holding, std::string because, double due_in
   step.bytes = holding.bytes;
   step.to_trash = holding.kind == v1::HOLDING_KIND_TAKE;
   step.because = std::move(because);
-  step.due_in_s = std::max(0.0, due_in_s);
   return step;
 }
 
@@ -92,7 +91,7 @@ void SortByTurn(std::vector<const Holding*>& takes) {
 }
 
 void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, const Want& want,
-                const AgeOf_s& age_s, double ahead_s, RetentionPlan& plan) {
+                const AgeOf_s& age_s, RetentionPlan& plan) {
   double may_go = 0;
   for (const Holding* take : takes) may_go += take->kept ? 0 : static_cast<double>(take->bytes);
   if (may_go < want.bytes) {
@@ -108,9 +107,8 @@ void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, 
     if (take->kept) continue;
     missing -= static_cast<double>(take->bytes);
     // Young trash, and what goes there now, will make room later.
-    const double wait_s =
-        take->kind == v1::HOLDING_KIND_TAKE ? 0 : rules.least_trash_hours * kHour_s - age_s(*take);
-    if (wait_s <= ahead_s) plan.steps.push_back(StepFor(*take, want.because, wait_s));
+    if (take->kind == v1::HOLDING_KIND_TAKE || age_s(*take) >= rules.least_trash_hours * kHour_s)
+      plan.steps.push_back(StepFor(*take, want.because));
   }
 }
 
@@ -160,6 +158,15 @@ RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules rul
   return rules;
 }
 
+std::string BadRule(const v1::RetentionRules& rules) {
+  for (int i = 0; i < rules.GetDescriptor()->field_count(); ++i) {
+    const auto* field = rules.GetDescriptor()->field(i);
+    const double value = rules.GetReflection()->GetDouble(rules, field);
+    if (!(value >= 0 && value <= kMostRule)) return field->name();
+  }
+  return "";
+}
+
 int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>& holdings,
                         const DiskRoom& room) {
   if (rules.least_free_gib <= 0) return -1;
@@ -172,15 +179,14 @@ int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>&
 }
 
 RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holding>& holdings,
-                            const DiskRoom& room, const AgeOf_s& age_s, double ahead_s) {
+                            const DiskRoom& room, const AgeOf_s& age_s) {
   RetentionPlan plan;
   std::vector<const Holding*> takes;  // whose age is no reason
   double held_bytes = BytesOfTakes(holdings), freed_bytes = 0;
   for (const Holding& holding : holdings) {
     const std::optional<double> days = KeepDays(rules, holding.kind);
-    const double wait_s = days ? *days * kDay_s - age_s(holding) : 0;
-    const bool is_old = days && !holding.kept && wait_s <= ahead_s;
-    if (is_old) plan.steps.push_back(StepFor(holding, WhyByAge(holding.kind, *days), wait_s));
+    const bool is_old = days && !holding.kept && age_s(holding) >= *days * kDay_s;
+    if (is_old) plan.steps.push_back(StepFor(holding, WhyByAge(holding.kind, *days)));
     if (!IsOfTakes(holding)) continue;
     if (is_old && holding.kind == v1::HOLDING_KIND_TRASH) {
       freed_bytes += static_cast<double>(holding.bytes);
@@ -189,14 +195,12 @@ RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holdi
       takes.push_back(&holding);
     }
   }
-  std::stable_sort(plan.steps.begin(), plan.steps.end(),
-                   [](const RetentionStep& a, const RetentionStep& b) { return a.due_in_s < b.due_in_s; });
   const Lack lack = LackOfRoom(rules, held_bytes, room, freed_bytes);
   Want want = WantOfRoom(rules, held_bytes, lack);
   // What goes to the trash by age makes room later, too.
   for (const RetentionStep& step : plan.steps)
     want.bytes -= step.to_trash ? static_cast<double>(step.bytes) : 0;
-  if (want.bytes > 0) AddForRoom(rules, std::move(takes), want, age_s, ahead_s, plan);
+  if (want.bytes > 0) AddForRoom(rules, std::move(takes), want, age_s, plan);
   if (lack.bytes > lack.of_takes) {
     plan.notes.push_back(absl::StrFormat(
         "the disk has %.2f GiB free, less than %g, and takes did not take the last %.2f: none goes for them",

@@ -29,6 +29,10 @@ v1::RetentionRules InMessage(const RetentionRules& rules);
 // What the message does not give is as in `otherwise`.
 RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules otherwise);
 
+// The field that is no number from 0 to kMostRule, or "".
+constexpr double kMostRule = 1e9;
+std::string BadRule(const v1::RetentionRules& rules);
+
 // Something that a rule may remove.
 struct Holding {
   v1::HoldingKind kind = v1::HOLDING_KIND_UNSPECIFIED;
@@ -57,7 +61,7 @@ struct RetentionStep {
   uint64_t bytes = 0;
   bool to_trash = false;
   std::string because;
-  double due_in_s = 0;
+  double due_in_s = 0;  // of a rehearsal
 };
 
 // Seconds since Holding.since_unix_ns, as far as they were seen.
@@ -68,11 +72,12 @@ struct RetentionPlan {
   std::vector<std::string> notes;  // what will not be done, and why
 };
 
-// What is due within `ahead_s`, in order. By age, each kind by its rule. For want of room (a quota, or a disk
-// that has less free than it should) takes alone: the trash goes first, by the time of the deletion, then the
-// oldest takes go into it. No more goes than is needed; nothing goes where all that may go would not do.
+// What is due now, in order. By age, each kind by its rule. For want of room (a quota, or a disk that has
+// less free than it should) takes alone: the trash goes first, by the time of the deletion, then the oldest
+// takes go into it. No more goes than is needed; nothing goes where all that may go would not do. `age_s` is
+// asked for elements of `holdings`.
 RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holding>& holdings,
-                            const DiskRoom& room, const AgeOf_s& age_s, double ahead_s = 0);
+                            const DiskRoom& room, const AgeOf_s& age_s);
 
 // "take", "take in the trash", "job", ...
 const char* HoldingWords(v1::HoldingKind kind);

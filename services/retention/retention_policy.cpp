@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "services/retention/rehearsal.h"
 
 namespace weft {
 namespace {
@@ -93,7 +94,7 @@ RetentionPlan RetentionPolicy::Rehearse(const RetentionRules& rules, const std::
   DiskRoom room{free_bytes, takes_reach_bytes_};
   // For rules that were not in force: as if they came into force now.
   if (rules_.least_free_gib <= 0) room.takes_reach_bytes = TakesReachAfter(rules, holdings, {free_bytes, -1});
-  return PlanRetention(
+  return RehearseRetention(
       rules, holdings, room, [this](const Holding& holding) { return Age_s(holding); }, ahead_s);
 }
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -247,6 +248,16 @@ TEST(ImageFile, TurnsNoFormatByItsOrientation) {
       EXPECT_EQ(header->height_px, 77);
     }
   }
+}
+
+// Opening one that nobody writes would never end.
+TEST(ImageFile, IsNoFifo) {
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo((folder / "a.png").c_str(), 0600), 0);
+  const auto read = ReadImageFile(folder / "a.png");
+  EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(read.status().message()), HasSubstr("a.png: not a file"));
+  EXPECT_EQ(ReadImageFileHeader(folder / "a.png").status(), read.status());
 }
 
 TEST(ImageFile, ReadsPngWhoseMetadataAreDamaged) {

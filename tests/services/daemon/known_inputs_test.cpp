@@ -141,11 +141,11 @@ TEST_F(KnownInputsTest, AreReadByFewCallsAtATime) {
   }
   calls.clear();
   EXPECT_EQ(reads, 12);
-  EXPECT_LE(most, 3);
+  EXPECT_LE(most, 4);
 }
 
 // Inputs that somebody made slow to read keep nobody else waiting.
-TEST_F(KnownInputsTest, OneCallerReadsOneAtATime) {
+TEST_F(KnownInputsTest, OneCallerDoesNotKeepOthersWaiting) {
   std::promise<void> over;
   const auto slow = [end = over.get_future().share()](const v1::RegistrationSpec&) {
     end.wait();

@@ -1,5 +1,7 @@
 // What clients may do with each other's jobs and results.
 #include <filesystem>
+#include <fstream>
+#include <future>
 
 #include "tests/services/daemon/callers_fixture.h"
 
@@ -129,6 +131,48 @@ TEST_F(DaemonOwnersTest, AKeyStandsForItsFirstCallersJob) {
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::ALREADY_EXISTS) << other;
     EXPECT_THAT(refused.error_message(), HasSubstr("idempotency_key: stands for a request of somebody else"));
   }
+}
+
+// Files of others with that name are no work for a daemon.
+TEST_F(DaemonOwnersTest, ManyAndLargeJobFilesAreNotLookedThrough) {
+  StartDaemon();
+  const std::filesystem::path out = folder_ / "flood";
+  std::vector<std::string> frames;
+  for (int i = 0; i < 12; ++i) frames.push_back("f" + std::to_string(i));
+  const auto write = [&](size_t count) {
+    std::string text = R"({"warnings":[)";
+    for (size_t i = 0; i < count; ++i) text += R"("",)";
+    for (const std::string& frame : frames) {
+      std::filesystem::create_directories(out / frame);
+      std::ofstream(out / frame / "job.json") << text << R"(""]})";
+    }
+  };
+  write(80'000);  // 240 KB each, and more values than one of ours
+  const grpc::Status refused = WriteAs("anna", "flood", frames);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), HasSubstr("more than 2 MiB of job.json"));
+  write(1'300'000);  // 4 MB each: nobody's
+  EXPECT_TRUE(WriteAs("anna", "flood", frames).ok());
+}
+
+// Results that are slow to read keep the jobs of their owner, not those of others.
+TEST_F(DaemonOwnersTest, SlowResultsOfOneKeepNoOthersEnd) {
+  std::promise<void> over;
+  options_.endings.write_report = [end = over.get_future().share()](const std::string& folder,
+                                                                    const v1::Job&) {
+    if (folder.find("slow") != std::string::npos) end.wait();
+    return absl::OkStatus();
+  };
+  StartDaemon();
+  std::vector<v1::Job> slow(3);
+  for (size_t i = 0; i < slow.size(); ++i)
+    ASSERT_TRUE(SubmitAs("anna", MakeRequest({"a"}, "slow" + std::to_string(i)), &slow[i]).ok());
+  v1::Job other;
+  ASSERT_TRUE(SubmitAs("ben", MakeRequest({"a"}, "other"), &other).ok());
+  EXPECT_EQ(WaitForEnd(other.id()).state(), v1::JOB_STATE_DONE);
+  for (const v1::Job& job : slow) EXPECT_NE(client_->Get(job.id())->state(), v1::JOB_STATE_DONE);
+  over.set_value();
+  for (const v1::Job& job : slow) EXPECT_EQ(WaitForEnd(job.id()).state(), v1::JOB_STATE_DONE);
 }
 
 }  // namespace
