@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <memory>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/config_file.h"
 #include "services/daemon/daemon.h"
@@ -148,7 +150,12 @@ void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
 // Days are those that a daemon has seen.
 void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
   const auto add = [&app](const char* name, double& value, const char* unit, const char* what) {
-    app.add_option(name, value, what)->type_name(unit);
+    // CLI::Range takes what is no number.
+    app.add_option(name, value, what)->type_name(unit)->check([](const std::string& text) {
+      double number = -1;
+      const bool is_right = absl::SimpleAtod(text, &number) && number >= 0 && number <= weft::kMostRule;
+      return is_right ? std::string() : absl::StrCat("Value ", text, " is out of range; give 0 to 1e9");
+    });
   };
   add("--keep-takes-days", rules.keep_takes_days, "DAYS",
       "Takes that are older go to the trash, unless they are pinned; 0 keeps them. Days in which no daemon "
