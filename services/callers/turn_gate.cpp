@@ -22,25 +22,22 @@ TurnGate::Pass TurnGate::Enter(const std::string& caller_name) {
 void TurnGate::Leave(const std::string& account, std::chrono::steady_clock::duration stayed) {
   const std::lock_guard lock(mutex_);
   turns_.End(account, std::chrono::duration<double>(stayed).count());
-  if (const auto inside = inside_.find(account); --inside->second == 0) inside_.erase(inside);
-  --all_inside_;
+  --inside_;
   AdmitWaiting();
 }
 
 void TurnGate::AdmitWaiting() {
-  while (all_inside_ < at_once_) {
+  while (inside_ < at_once_) {
     std::vector<Waiting*> may_enter;
     std::ranges::copy_if(waiting_, std::back_inserter(may_enter), [this](const Waiting* waiting) {
-      const auto inside = inside_.find(waiting->account);
-      return inside == inside_.end() || inside->second < of_one_caller_;
+      return turns_.Running(waiting->account) < of_one_caller_;
     });
     if (may_enter.empty()) break;
     std::vector<std::string> accounts;
     for (const Waiting* waiting : may_enter) accounts.push_back(waiting->account);
     Waiting* next = may_enter[turns_.Next(accounts)];
     turns_.Begin(next->account);
-    ++inside_[next->account];
-    ++all_inside_;
+    ++inside_;
     next->admitted = true;
     waiting_.remove(next);
   }

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <list>
-#include <map>
 #include <mutex>
 #include <string>
 
@@ -49,8 +48,7 @@ class TurnGate {
   std::mutex mutex_;
   std::condition_variable admitted_;
   std::list<Waiting*> waiting_;  // the first came first
-  std::map<std::string, int> inside_;
-  int all_inside_ = 0;
+  int inside_ = 0;
   Turns turns_;
 };
 

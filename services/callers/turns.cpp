@@ -31,6 +31,11 @@ size_t Turns::Next(const std::vector<std::string>& waiting) {
 
 void Turns::Begin(const std::string& caller_name) { ++accounts_[AccountOf(caller_name)].running; }
 
+int Turns::Running(const std::string& caller_name) const {
+  const auto found = accounts_.find(AccountOf(caller_name));
+  return found == accounts_.end() ? 0 : found->second.running;
+}
+
 void Turns::End(const std::string& caller_name, double served) {
   Account& account = accounts_[AccountOf(caller_name)];
   account.running = std::max(0, account.running - 1);

@@ -17,6 +17,7 @@ class Turns {
   // The index of one of `waiting`, the names of callers, which are not empty. They may be named repeatedly.
   size_t Next(const std::vector<std::string>& waiting);
   void Begin(const std::string& caller_name);
+  int Running(const std::string& caller_name) const;
   // What began has ended, after so much service, e.g. in seconds.
   void End(const std::string& caller_name, double served);
 

@@ -168,6 +168,8 @@ int main(int argc, char** argv) {
     return ParseFailure(app, error);
   }
   absl::Status status = weft::CheckFinite(NamedCommand(app));
+  if (watched_by == 0 && (!readable.empty() || memory_mib != 0))
+    status.Update(absl::InvalidArgumentError("--may-read and --memory-mib are a daemon's; leave them out"));
   if (!line.writes_remotely) status.Update(weft::CheckOut(NamedCommand(app), line.quiet));
   if (!status.ok()) {
     weft::PrintError(status);

@@ -12,7 +12,6 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
@@ -262,10 +261,6 @@ absl::Status DaemonOptions::Validate() const {
   if (threads_per_worker < 0 || threads_per_worker > kMaxWorkers) {
     return absl::InvalidArgumentError(
         absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
-  }
-  if (const std::string bad = BadRule(InMessage(retention)); !bad.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--", absl::StrReplaceAll(bad, {{"_", "-"}}), ": is out of range; give 0 to 1e9"));
   }
   if (absl::Status status = notices.Validate(); !status.ok()) return status;
   if (!slurm.folder.empty()) {

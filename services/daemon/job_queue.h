@@ -229,7 +229,7 @@ class JobQueue {
   std::vector<std::function<void()>> to_tell_;
   std::condition_variable deferred_changed_;
   std::list<Deferred> deferred_;
-  std::map<const LiveJob*, std::string> in_background_;  // its caller
+  std::set<const LiveJob*> in_background_;
   Turns background_turns_;
   bool due_changed_ = false;
   std::optional<Time> save_again_, backup_due_, last_backup_;

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "services/callers/caller.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 
@@ -190,10 +189,7 @@ std::optional<JobQueue::Deferred> JobQueue::NextDeferred() {
   for (auto at = deferred_.begin(); at != deferred_.end(); ++at) {
     if (!seen.insert(at->job.get()).second || in_background_.contains(at->job.get())) continue;
     const std::string& caller = at->job->job().submitted_by();
-    const auto same = std::ranges::count_if(in_background_, [&caller](const auto& entry) {
-      return AccountOf(entry.second) == AccountOf(caller);
-    });
-    if (same >= kOfOneCaller) continue;
+    if (background_turns_.Running(caller) >= kOfOneCaller) continue;
     may_begin.push_back(at);
     callers.push_back(caller);
   }
@@ -209,7 +205,7 @@ void JobQueue::WorkInBackground(bool is_first) {
   for (;;) {
     if (std::optional<Deferred> next = NextDeferred()) {
       const std::string caller = next->job->job().submitted_by();
-      in_background_[next->job.get()] = caller;
+      in_background_.insert(next->job.get());
       background_turns_.Begin(caller);
       const Time began = std::chrono::steady_clock::now();
       lock.unlock();

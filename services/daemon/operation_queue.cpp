@@ -210,7 +210,8 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
     words.push_back(absl::StrCat("--may-read=", path));
   words.insert(words.end(), arguments->begin(), arguments->end());
   absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
-      options_.program, words, {.folder = OutOf(id), .record_folder = options_.process_folder});
+      options_.program, words,
+      {.folder = OutOf(id), .record_folder = options_.process_folder, .hides_secrets = true});
   if (!child.ok()) {
     outcome.refused = absl::IsResourceExhausted(child.status());
     if (!outcome.refused) outcome.exit_status = kExitFailed;

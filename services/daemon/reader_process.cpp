@@ -48,6 +48,7 @@ absl::StatusOr<v1::ReadingAnswer> ReaderProcess::Run(const v1::Reading& reading)
   run.input = absl::StrCat("/proc/self/fd/", asked->get());
   run.patience = options_.patience;
   run.most_bytes = kMostAnswerBytes;
+  run.hides_secrets = true;
   const absl::StatusOr<std::string> said = RunProgram(options_.program, run);
   if (absl::IsInternal(said.status())) {
     return absl::InvalidArgumentError(

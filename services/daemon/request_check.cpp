@@ -164,9 +164,15 @@ absl::Status CheckRehearsal(const v1::RehearseRetentionRequest& request) {
   constexpr double kMostAhead_days = 36500;
   if (!(request.ahead_days() >= 0 && request.ahead_days() <= kMostAhead_days))
     return Invalid("ahead_days", absl::StrCat(request.ahead_days(), " is out of range"), "give 0 to 36500");
-  const std::string bad = BadRule(request.rules());
-  if (bad.empty()) return absl::OkStatus();
-  return Invalid(absl::StrCat("rules.", bad), "is out of range", "give 0 to 1e9");
+  const v1::RetentionRules& rules = request.rules();
+  for (int i = 0; i < rules.GetDescriptor()->field_count(); ++i) {
+    const auto* field = rules.GetDescriptor()->field(i);
+    const double value = rules.GetReflection()->GetDouble(rules, field);
+    if (!(value >= 0 && value <= kMostRule))
+      return Invalid(absl::StrCat("rules.", field->name()), absl::StrCat(value, " is out of range"),
+                     "give 0 to 1e9");
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<int> LimitOrAll(int limit) {

@@ -115,14 +115,14 @@ absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  // Files that take a worker over must not read the secrets of weftd's environment.
-  std::vector<std::string> environment = EnvironmentWithoutSecrets();
+  std::vector<std::string> environment;
   std::vector<char*> variables;
+  if (child_settings.hides_secrets) environment = EnvironmentWithoutSecrets();
   for (std::string& variable : environment) variables.push_back(variable.data());
   variables.push_back(nullptr);
   pid_t pid = -1;
   if (const int error = posix_spawn(&pid, program.c_str(), &settings.actions, &settings.attributes,
-                                    argv.data(), variables.data())) {
+                                    argv.data(), child_settings.hides_secrets ? variables.data() : environ)) {
     return SpawnError(program, error);
   }
   child.pid_ = pid;

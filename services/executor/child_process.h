@@ -33,6 +33,8 @@ struct ChildSettings {
   std::string folder;         // where it starts; empty: in ours
   std::string input;          // a file that it reads as its standard input; empty: nothing
   std::string record_folder;  // its record lies there until it is reaped (process_record.h); empty: none
+  // Of a program that reads the files of others: it gets no secrets of our environment (child_environment.h).
+  bool hides_secrets = false;
 };
 
 // The process runs in a process group of its own, sees no other descriptor of this one but the pipes, and

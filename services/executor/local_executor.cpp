@@ -169,8 +169,8 @@ void LocalExecutor::Launch(Run& run) {
     std::vector<std::string> words = {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
                                       absl::StrCat(options_.worker_memory_mib)};
     if (!options_.worker_user.empty()) words.push_back(absl::StrCat("--user=", options_.worker_user));
-    absl::StatusOr<ChildProcess> child =
-        ChildProcess::Spawn(options_.worker_program, words, {.record_folder = options_.process_folder});
+    absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
+        options_.worker_program, words, {.record_folder = options_.process_folder, .hides_secrets = true});
     status = child.status();
     run.refused = absl::IsResourceExhausted(status);
     if (child.ok()) run.child.emplace(*std::move(child));

@@ -30,6 +30,7 @@ absl::StatusOr<std::string> RunProgram(const std::string& program, const Program
   constexpr std::chrono::milliseconds kLook{100};
   ChildSettings settings;
   settings.input = run.input;
+  settings.hides_secrets = run.hides_secrets;
   absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(program, run.arguments, settings);
   if (!child.ok()) return child.status();
   const auto deadline = std::chrono::steady_clock::now() + run.patience;

@@ -16,6 +16,7 @@ struct ProgramRun {
   std::chrono::milliseconds patience{std::chrono::seconds(30)};
   size_t most_bytes = size_t{1} << 20;  // of its output; what comes after them is dropped
   std::stop_token stop;
+  bool hides_secrets = false;  // ChildSettings
 };
 
 // What `program`, which no shell looks for, printed on its standard output. What it leaves running is ended

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -13,6 +14,7 @@ constexpr double kDueDay_s = 24 * 3600, kDueHour_s = 3600;
 // Ages are differences of large numbers.
 constexpr double kTick_s = 1e-3;
 
+// Of takes and trash: one makes room for another.
 class Rehearsal {
  public:
   Rehearsal(const RetentionRules& rules, std::vector<Holding> holdings, const DiskRoom& room,
@@ -54,8 +56,7 @@ class Rehearsal {
       *begun = now_s;
       return;
     }
-    const bool is_of_takes = step.kind == v1::HOLDING_KIND_TRASH || step.kind == v1::HOLDING_KIND_TAKE;
-    if (is_of_takes && room_.free_bytes != UINT64_MAX) room_.free_bytes += step.bytes;
+    if (room_.free_bytes != UINT64_MAX) room_.free_bytes += step.bytes;
     holdings_.erase(at);
     begun_s_.erase(begun);
   }
@@ -86,7 +87,22 @@ class Rehearsal {
 
 RetentionPlan RehearseRetention(const RetentionRules& rules, std::vector<Holding> holdings, DiskRoom room,
                                 const AgeOf_s& age_s, double ahead_s) {
-  return Rehearsal(rules, std::move(holdings), room, age_s).Run(ahead_s);
+  const auto others = std::stable_partition(holdings.begin(), holdings.end(), IsOfTakes);
+  // Of all else each goes by its own age.
+  std::vector<RetentionStep> steps;
+  for (auto other = others; other != holdings.end(); ++other) {
+    const double age = age_s(*other);
+    for (RetentionStep& step :
+         PlanRetention(rules, {*other}, {}, [&](const Holding&) { return age + ahead_s; }).steps) {
+      step.due_in_s = std::max(0.0, *KeepDays(rules, other->kind) * kDueDay_s - age);
+      steps.push_back(std::move(step));
+    }
+  }
+  holdings.erase(others, holdings.end());
+  RetentionPlan plan = Rehearsal(rules, std::move(holdings), room, age_s).Run(ahead_s);
+  std::ranges::move(steps, std::back_inserter(plan.steps));
+  std::ranges::stable_sort(plan.steps, {}, &RetentionStep::due_in_s);
+  return plan;
 }
 
 }  // namespace weft

@@ -25,10 +25,6 @@ std::string WhyByAge(v1::HoldingKind kind, double days) {
   }
 }
 
-bool IsOfTakes(const Holding& holding) {
-  return holding.kind == v1::HOLDING_KIND_TAKE || holding.kind == v1::HOLDING_KIND_TRASH;
-}
-
 double BytesOfTakes(const std::vector<Holding>& holdings) {
   double bytes = 0;
   for (const Holding& holding : holdings)
@@ -114,6 +110,10 @@ void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, 
 
 }  // namespace
 
+bool IsOfTakes(const Holding& holding) {
+  return holding.kind == v1::HOLDING_KIND_TAKE || holding.kind == v1::HOLDING_KIND_TRASH;
+}
+
 std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind) {
   const auto unless_0 = [](double days) { return days > 0 ? std::optional(days) : std::nullopt; };
   switch (kind) {
@@ -156,15 +156,6 @@ RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules rul
   if (message.has_keep_uploads_days()) rules.keep_uploads_days = message.keep_uploads_days();
   if (message.has_keep_notices_days()) rules.keep_notices_days = message.keep_notices_days();
   return rules;
-}
-
-std::string BadRule(const v1::RetentionRules& rules) {
-  for (int i = 0; i < rules.GetDescriptor()->field_count(); ++i) {
-    const auto* field = rules.GetDescriptor()->field(i);
-    const double value = rules.GetReflection()->GetDouble(rules, field);
-    if (!(value >= 0 && value <= kMostRule)) return field->name();
-  }
-  return "";
 }
 
 int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>& holdings,

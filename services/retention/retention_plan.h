@@ -11,6 +11,8 @@
 
 namespace weft {
 
+inline constexpr double kMostRule = 1e9;  // rules are numbers from 0 to this
+
 struct RetentionRules {
   double keep_takes_days = 0;    // older ones go to the trash; 0: any age is kept
   double keep_trash_days = 7;    // then they are removed for good; operations, too
@@ -29,10 +31,6 @@ v1::RetentionRules InMessage(const RetentionRules& rules);
 // What the message does not give is as in `otherwise`.
 RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules otherwise);
 
-// The field that is no number from 0 to kMostRule, or "".
-constexpr double kMostRule = 1e9;
-std::string BadRule(const v1::RetentionRules& rules);
-
 // Something that a rule may remove.
 struct Holding {
   v1::HoldingKind kind = v1::HOLDING_KIND_UNSPECIFIED;
@@ -41,6 +39,9 @@ struct Holding {
   uint64_t bytes = 0;
   bool kept = false;  // pinned, being recorded, or read by somebody
 };
+
+// A take, or one in the trash.
+bool IsOfTakes(const Holding& holding);
 
 // The disk with the takes.
 struct DiskRoom {

@@ -34,8 +34,8 @@ struct Ended {
   int status = 0;
 };
 
-Ended RunToEnd(const std::string& script) {
-  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn("/bin/sh", {"-c", script});
+Ended RunToEnd(const std::string& script, const ChildSettings& settings = {}) {
+  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn("/bin/sh", {"-c", script}, settings);
   EXPECT_TRUE(child.ok()) << child.status();
   pollfd exited = {child->exit_fd(), POLLIN, 0};
   poll(&exited, 1, 20'000);
@@ -66,7 +66,10 @@ TEST(ChildProcess, SeesNoOtherDescriptorsAndAnEmptyInput) {
 TEST(ChildProcess, SeesNoSecretsOfTheEnvironment) {
   setenv("STUDIO_TOKEN", "weft_0a1b", 1);
   setenv("STUDIO_NAME", "attic", 1);
-  EXPECT_EQ(RunToEnd("echo $STUDIO_TOKEN$STUDIO_NAME").out, "attic\n");
+  const std::string script = "echo $STUDIO_TOKEN$STUDIO_NAME";
+  EXPECT_EQ(RunToEnd(script, {.hides_secrets = true}).out, "attic\n");
+  // A studio's own commands need theirs.
+  EXPECT_EQ(RunToEnd(script).out, "weft_0a1battic\n");
 }
 
 TEST(ChildProcess, NamesAProgramThatDoesNotExist) {
