@@ -21,6 +21,7 @@
 #include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
 #include "services/process/descriptor_limit.h"
+#include "services/process/freed_memory.h"
 #include "services/process/thread_priority.h"
 #include "services/rpc/message_limit.h"
 
@@ -31,6 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr char kDescriptors[] = "/proc/self/fd";
 constexpr std::chrono::seconds kCountEvery{1};
+constexpr int kCountsPerGivingBack = 10;
 // A gigabit in so long is 1.2 MB.
 constexpr std::chrono::milliseconds kGuardEvery{10};
 constexpr std::chrono::milliseconds kCountAgain{50};  // where there is no room
@@ -178,11 +180,21 @@ void Connections::Run(const std::stop_token& stop) {
   std::vector<pollfd> sockets;
   for (const auto& listener : listeners_) sockets.push_back({listener->socket.socket.get(), POLLIN, 0});
   sockets.push_back({wake_.get(), POLLIN, 0});
+  FreedMemory freed;
+  int counts = 0;
   while (!stop.stop_requested()) {
     poll(sockets.data(), sockets.size(), std::chrono::milliseconds(kCountEvery).count());
     {
       const std::lock_guard lock(mutex_);
-      if (Clock::now() - counted_ >= kCountEvery) CountOpen();
+      if (Clock::now() - counted_ >= kCountEvery) {
+        CountOpen();
+        ++counts;
+      }
+    }
+    // What clients sent and never read has grown the process, and they are gone.
+    if (counts >= kCountsPerGivingBack) {
+      freed.GiveBack();
+      counts = 0;
     }
     for (size_t i = 0; i < listeners_.size() && !stop.stop_requested(); ++i) {
       if ((sockets[i].revents & POLLIN) != 0) Accept(*listeners_[i]);

@@ -1,17 +1,16 @@
 #include "services/daemon/metrics.h"
 
-#include <dirent.h>
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <utility>
+
+#include "services/process/freed_memory.h"
 
 namespace weft {
 namespace {
@@ -26,13 +25,6 @@ prometheus::Gauge& AddGauge(prometheus::Registry& registry, const char* name, co
 
 // Names of clients' making are one: Prometheus keeps each that it ever saw.
 std::string LabelOf(const Method& method) { return method.name.front() == '/' ? "other" : method.name; }
-
-double ResidentBytes() {
-  std::ifstream file("/proc/self/statm");
-  double all = 0, resident = 0;
-  file >> all >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
-}
 
 double OpenDescriptors() {
   std::error_code error;
@@ -143,7 +135,7 @@ std::string Metrics::Text() {
   all.missing.Set(static_cast<double>(load.frames_missing));
   all.free.Set(static_cast<double>(load.state_free_bytes));
   all.serving.Set(load.serving ? 1 : 0);
-  all.resident.Set(ResidentBytes());
+  all.resident.Set(static_cast<double>(ResidentBytes()));
   all.descriptors.Set(OpenDescriptors());
   advance(all.cpu, CpuSeconds());
   return prometheus::TextSerializer().Serialize(all.registry.Collect());

@@ -4,10 +4,11 @@
 
 A client with a token asks a daemon for a job 100 times a second, and measures. Meanwhile processes of another user attack, one
 kind after the other. After each attack unrelated processes burn the same time of the processors: that of the attackers with
-their priority, that of the daemon, beyond what it takes when all is quiet, with its priority. Prints a line for each: the
-latency of the client that behaves well, the p99 beside the unrelated processes, the daemon's memory and descriptors, and how
-many entries of the audit log name the attackers. Exit status 1 when a call of the client failed, its p99 was beyond twice
-that beside unrelated processes, memory grew without bound, or the audit log is silent. Needs root, to be two users.
+their priority, that of the daemon with its workers and readers, beyond what it takes when all is quiet, with its priority.
+Prints a line for each: the latency of the client that behaves well, the p99 beside the unrelated processes, the daemon's memory
+and descriptors, and how many entries of the audit log name the attackers. Exit status 1 when a call of the client failed, its
+p99 was beyond twice that beside unrelated processes, memory grew without bound or did not come back, or the audit log is
+silent. Needs root, to be two users.
 """
 
 import argparse
@@ -30,6 +31,7 @@ MOST_RATIO = 2
 LEAST_P99_MS = 2.0  # below it p99 is the scheduler's noise
 BURST_S = 0.02
 MOST_MIB = 1024
+MOST_LEFT_MIB, LEAVES_WITHIN_S = 50, 60  # beyond the start, when all are gone
 
 
 def burn(share, idle, seconds):
@@ -107,6 +109,10 @@ class Studio:
         self.probe.stdin.flush()
         return json.loads(self.probe.stdout.readline())
 
+    def spent_s(self):
+        """Time of the processors that the daemon and its workers and readers took."""
+        return processor_s(self.daemon.pid, with_children=True)
+
     def audited(self, user):
         lines = weft("access", "log", "--state", self.path("state"), "--last", "100000", check=0).stdout.split("\n")
         return sum(1 for line in lines if f"user uid {user}" in line or "attacker" in line)
@@ -136,10 +142,10 @@ def main():
         studio = Studio(folder)
         time.sleep(2)
         studio.seen()
-        spent_s = processor_s(studio.daemon.pid)
+        spent_s = studio.spent_s()
         time.sleep(options.seconds)
-        quiet_s = processor_s(studio.daemon.pid) - spent_s
-        quiet = studio.seen()
+        quiet_s = studio.spent_s() - spent_s
+        quiet, quiet_mib = studio.seen(), resident_mib(studio.daemon.pid)
         print(f"{'':18} {'calls':>6} {'p50 ms':>8} {'p99 ms':>8} {'max ms':>8} {'burn':>8} {'ratio':>6} {'cores':>6} {'failed':>6} {'MiB':>6} "
               f"{'open':>5} {'audited':>8}")
 
@@ -150,13 +156,13 @@ def main():
                   flush=True)
         show("quiet", quiet, quiet, 1, 0, 0)
         for user, name in enumerate(options.attacks or ATTACKS, FIRST_STRANGER):
-            before, spent_s, theirs_s = studio.audited(user), processor_s(studio.daemon.pid), children_s()
+            before, spent_s, theirs_s = studio.audited(user), studio.spent_s(), children_s()
             studio.seen()
             run_all([multiprocessing.Process(target=attack_as_stranger, args=(name, user, studio.target, options.seconds))
                      for _ in range(options.attackers)])
             seen = studio.seen()
             theirs = (children_s() - theirs_s) / options.seconds
-            own = max(0, processor_s(studio.daemon.pid) - spent_s - quiet_s) / options.seconds
+            own = max(0, studio.spent_s() - spent_s - quiet_s) / options.seconds
             studio.cancel_jobs()
             time.sleep(3)
             studio.seen()
@@ -167,6 +173,12 @@ def main():
             show(name, seen, beside, ratio, theirs + own, audited)
             if seen["failed"] or ratio > MOST_RATIO or resident_mib(studio.daemon.pid) > MOST_MIB or (audited == 0 and name not in SILENT):
                 failures.append(name)
+        until = time.monotonic() + LEAVES_WITHIN_S
+        while resident_mib(studio.daemon.pid) > quiet_mib + MOST_LEFT_MIB and time.monotonic() < until:
+            time.sleep(1)
+        print(f"the daemon: {quiet_mib:.0f} MiB at first, {resident_mib(studio.daemon.pid):.0f} at last")
+        if resident_mib(studio.daemon.pid) > quiet_mib + MOST_LEFT_MIB:
+            failures.append("memory stays")
         if not studio.stop():
             failures.append("the daemon ended")
     print("worse than allowed: " + ", ".join(failures) if failures else "all as it should be")

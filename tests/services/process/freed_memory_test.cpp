@@ -27,5 +27,23 @@ TEST(KeepFreedMemory, ArraysOfSomeMibAreClearedByTheKernelOnce) {
   EXPECT_LT(PageFaults() - before, kPagesOfArray / 4);
 }
 
+TEST(FreedMemory, GoesBackToTheKernel) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers have an allocator of their own";
+#endif
+  constexpr size_t kMib = size_t{1} << 20, kPiece = size_t{16} << 10;
+  FreedMemory freed;
+  freed.GiveBack();
+  const size_t before = ResidentBytes();
+  std::vector<std::vector<char>> pieces(128 * kMib / kPiece);
+  for (std::vector<char>& piece : pieces) piece.assign(kPiece, 1);
+  // It lies above them and keeps the heap from shrinking by itself.
+  const std::vector<char> last(kPiece, 1);
+  pieces.clear();
+  ASSERT_GT(ResidentBytes(), before + 100 * kMib);
+  freed.GiveBack();
+  EXPECT_LT(ResidentBytes(), before + 16 * kMib);
+}
+
 }  // namespace
 }  // namespace weft
