@@ -187,7 +187,7 @@ class Daemon(StudioTest):
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         worker = wait_for(lambda: processes_of(self.folder, "weft-worker"), "a worker")[0]
         own = os.getpriority(os.PRIO_PROCESS, self.daemon.pid)
-        wait_for(lambda: os.getpriority(os.PRIO_PROCESS, worker) == min(own + 10, 19), "the worker to stand behind the daemon")
+        wait_for(lambda: os.getpriority(os.PRIO_PROCESS, worker) == min(own + 4, 19), "the worker to stand behind the daemon")
         os.kill(worker, signal.SIGKILL)
         out, errors = client.communicate(timeout=LONG_S)
         self.assertEqual(client.returncode, 0, errors)
