@@ -92,6 +92,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
     live->life.frames().GiveBack(i, JobFrames::Attempt::kDaemonKilled);
     Remember(*live, i);
   }
+  if (live->life.ends_early()) live->life.CancelWaiting([](size_t) { return false; });
   if (damaged && named.ok()) SaveAll(*live);
   spdlog::info("job {} is resumed: {} frames left", live->job().id(), live->life.frames().FramesLeft());
   if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));

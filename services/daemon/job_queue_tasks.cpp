@@ -359,13 +359,10 @@ void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state,
     for (const size_t position : task->positions) in_task[position] = true;
     executor_->Stop(id);
   }
-  for (size_t i = 0; i < in_task.size(); ++i) {
-    if (!in_task[i] && !job->life.frames().DealtWith(i))
-      job->life.frames().End(i, v1::FRAME_STATE_CANCELLED, message);
-  }
+  job->life.CancelWaiting([&in_task](size_t position) { return in_task[position]; });
   job->life.SetMessage(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->life.early_message());
-  ++job->version;
-  MarkChanged(*job);
+  // Before any frame: a daemon that is killed from here on must not take up half of them.
+  RememberJob(*job);
   FinishIfDone(job);
 }
 

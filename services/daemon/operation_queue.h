@@ -94,6 +94,7 @@ class OperationQueue {
   std::string FolderOf(const std::string& id) const { return options_.folder + "/" + id; }
   std::string OutOf(const std::string& id) const { return FolderOf(id) + "/out"; }
   absl::Status Write(const v1::Operation& operation) const;
+  absl::Status Disown(const std::string& id) const;
   absl::StatusOr<v1::Operation> Read(const std::string& id) const;
   static absl::Status NoSuchOperation(const std::string& id);
   absl::Status CheckDone(const std::string& id);  // takes the lock

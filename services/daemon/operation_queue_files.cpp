@@ -82,17 +82,27 @@ std::vector<Holding> OperationQueue::EndedHoldings() {
   return holdings;
 }
 
+// Without its state a folder is nobody's, and the next daemon removes what is left of it.
+absl::Status OperationQueue::Disown(const std::string& id) const {
+  const std::string file = OperationFile(FolderOf(id));
+  std::error_code error;
+  fs::remove(file, error);
+  return error ? WriteError(file, error.value()) : absl::OkStatus();
+}
+
 absl::Status OperationQueue::ForgetEnded(const std::string& id, int64_t finished_unix_ns) {
-  const Lock lock(mutex_);
-  const auto found = entries_.find(id);
-  if (found == entries_.end() || !HasEnded(found->second.operation) ||
-      found->second.operation.finished_unix_ns() != finished_unix_ns)
-    return absl::FailedPreconditionError("it is gone, or runs again");
+  {
+    const Lock lock(mutex_);
+    const auto found = entries_.find(id);
+    if (found == entries_.end() || !HasEnded(found->second.operation) ||
+        found->second.operation.finished_unix_ns() != finished_unix_ns)
+      return absl::FailedPreconditionError("it is gone, or runs again");
+    if (absl::Status status = Disown(id); !status.ok()) return status;
+    entries_.erase(found);
+  }
   std::error_code error;
   fs::remove_all(FolderOf(id), error);
-  if (error) return WriteError(FolderOf(id), error.value());
-  entries_.erase(found);
-  return absl::OkStatus();
+  return error ? WriteError(FolderOf(id), error.value()) : absl::OkStatus();
 }
 
 std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,

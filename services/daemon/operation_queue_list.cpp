@@ -232,10 +232,7 @@ absl::StatusOr<v1::Operation> OperationQueue::Delete(const std::string& id, cons
                         {"operation_id", absl::StrCat("operation ", id, " has not ended"),
                          "wait for it, or cancel it first"});
     }
-    // Without its state a folder is nobody's, and the next daemon removes what is left of it.
-    std::error_code error;
-    if (!fs::remove(OperationFile(FolderOf(id)), error) && error)
-      return WriteError(OperationFile(FolderOf(id)), error.value());
+    if (absl::Status status = Disown(id); !status.ok()) return status;
     entries_.erase(found);
   }
   std::error_code ignored;

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
@@ -44,6 +45,32 @@ absl::Status MoveFolder(const std::string& from, const std::string& to) {
     if (absl::Status status = SyncFolder(fd.get(), folder); !status.ok()) return status;
   }
   return absl::OkStatus();
+}
+
+// What a removal was at that a kill ended; no take has such a name.
+constexpr char kRemovedPrefix[] = ".removed-";
+
+// Out of the way at once: half of a take would be restored like a whole one.
+absl::Status RemoveWhole(const std::string& folder) {
+  const fs::path place(folder);
+  const std::string aside =
+      (place.parent_path() / absl::StrCat(kRemovedPrefix, place.filename().string())).string();
+  std::error_code error;
+  fs::remove_all(aside, error);
+  if (error) return WriteError(aside, error.value());
+  if (absl::Status status = MoveFolder(folder, aside); !status.ok()) return status;
+  fs::remove_all(aside, error);
+  return error ? WriteError(aside, error.value()) : absl::OkStatus();
+}
+
+void RemoveRest(const std::string& trash_folder) {
+  std::error_code error;
+  for (fs::directory_iterator it(trash_folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code failed;
+    if (!absl::StartsWith(it->path().filename().string(), kRemovedPrefix)) continue;
+    fs::remove_all(it->path(), failed);
+    if (failed) spdlog::warn("{}: cannot be removed: {}", it->path().string(), failed.message());
+  }
 }
 
 absl::Status InUse(const std::string& id, const std::string& why, const std::string& remedy) {
@@ -149,6 +176,7 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
     return status;
   }
   const std::lock_guard lock(changing_);
+  RemoveRest(options_.trash_folder);
   v1::EmptyTrashResponse response;
   for (const std::string& one : ids) {
     const std::string folder = TrashOf(one);
@@ -157,9 +185,7 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
                         {"take_id", absl::StrCat("no take ", one, " in the trash"), "delete it first"});
     }
     const uint64_t bytes = BytesBelow(folder);
-    std::error_code error;
-    fs::remove_all(folder, error);
-    if (error) return WriteError(folder, error.value());
+    if (absl::Status status = RemoveWhole(folder); !status.ok()) return status;
     response.set_takes(response.takes() + 1);
     response.set_bytes(response.bytes() + bytes);
     spdlog::info("take {} is removed for good", one);
@@ -177,7 +203,11 @@ std::vector<Holding> TakeKeeper::Holdings() {
     holdings.push_back({v1::HOLDING_KIND_TAKE, take.id(), take.state().updated_unix_ns(),
                         BytesBelow(FolderOf(take.id())), kept});
   }
-  // Whatever lies in the trash, also what a removal that was killed left of a take.
+  {
+    const std::lock_guard lock(changing_);
+    RemoveRest(options_.trash_folder);
+  }
+  // Whatever lies in the trash, also what a removal by an earlier version left of a take.
   for (const std::string& id : TakesIn(options_.trash_folder)) {
     int64_t since_unix_ns = ReadKeeping(TrashOf(id)).deleted_unix_ns();
     if (since_unix_ns == 0) since_unix_ns = ChangedAt(TrashOf(id));

@@ -66,6 +66,8 @@ JobLife::JobLife(v1::Job job, std::vector<v1::FrameInfo> frames)
       frames_(std::move(frames)),
       ended_(job_.state() == v1::JOB_STATE_DONE || job_.state() == v1::JOB_STATE_FAILED ||
              job_.state() == v1::JOB_STATE_CANCELLED) {
+  if (!ended_ && job_.ends_as() != v1::JOB_STATE_UNSPECIFIED)
+    early_ = EarlyEnd{job_.ends_as(), job_.ends_because()};
   FollowIfLive();
 }
 
@@ -188,15 +190,25 @@ bool JobLife::Retry() {
 }
 
 void JobLife::EndEarly(v1::JobState state, const std::string& message) {
-  if (!early_) early_ = EarlyEnd{state, EscapedText(message)};
+  if (early_) return;
+  early_ = EarlyEnd{state, EscapedText(message)};
+  job_.set_ends_as(early_->state);
+  job_.set_ends_because(early_->message);
+}
+
+void JobLife::CancelWaiting(const std::function<bool(size_t position)>& runs) {
+  for (size_t i = 0; i < frames_.infos().size(); ++i) {
+    if (!runs(i) && !frames_.DealtWith(i))
+      frames_.End(i, v1::FRAME_STATE_CANCELLED, early_ ? early_->message : "");
+  }
 }
 
 v1::Job JobLife::Outcome(const std::vector<size_t>& bridged) {
   for (const size_t position : bridged) frames_.Bridge(position);
-  for (size_t i = 0; i < frames_.infos().size(); ++i) {
-    if (!frames_.DealtWith(i)) frames_.End(i, v1::FRAME_STATE_CANCELLED, early_ ? early_->message : "");
-  }
+  CancelWaiting([](size_t) { return false; });
   v1::Job job = Describe();
+  job.clear_ends_as();
+  job.clear_ends_because();
   job.set_state(v1::JOB_STATE_DONE);
   job.set_message("");
   if (early_) {

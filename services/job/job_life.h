@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,6 +64,8 @@ class JobLife {
   // The first call counts.
   void EndEarly(v1::JobState state, const std::string& message);
   bool ends_early() const { return early_.has_value(); }
+  // The frames that wait or run, but for those of which `runs` is true, get no result.
+  void CancelWaiting(const std::function<bool(size_t position)>& runs);
   const std::string& early_message() const { return early_->message; }
 
   // The last state of the job. `bridged`: positions of failed frames that have a mesh all the same. Frames

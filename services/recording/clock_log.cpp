@@ -106,6 +106,7 @@ class LogParser {
     }
     before_ = computed;
     if (line != EndLine(log_.readings.size() + log_.damaged_lines)) return AddReading(line);
+    log_.end_checksum = absl::StrCat(absl::Hex(computed, absl::kZeroPad16));
     return log_.has_end = true;
   }
 
@@ -159,6 +160,7 @@ absl::Status ClockLog::Close() {
   if (status.ok()) status = file_->Truncate(written_bytes_);
   if (status.ok()) status = file_->SyncData();
   file_.reset();
+  end_checksum_ = absl::StrCat(absl::Hex(checksum_, absl::kZeroPad16));
   return status;
 }
 
@@ -209,9 +211,25 @@ absl::StatusOr<ParsedClockLog> ParseClockLog(const std::string& take) {
   return parser.Take();
 }
 
-absl::StatusOr<std::vector<LoggedReading>> ReadClockLog(const std::string& take) {
+std::string ClockLogDamage(const std::string& take, const ClockLogSeal& seal) {
+  const absl::StatusOr<ParsedClockLog> log = ParseClockLog(take);
+  if (absl::IsNotFound(log.status())) return seal.checksum.empty() ? "" : "clocks.csv: is missing";
+  if (!log.ok()) return absl::StrCat("clocks.csv: ", log.status().message());
+  // A recorder that was killed may have left half a line, of a version that cannot tell more.
+  const bool is_crash = !log->has_checksums && log->is_cut && log->damaged_lines == 1;
+  if (!log->MayBeOf(seal.checksum))
+    return "clocks.csv: is not the one that was written with this take, and is not read";
+  if (log->damaged_lines > 0 && !is_crash)
+    return absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines,
+                        " in all; its other lines are read");
+  if (seal.is_closed && log->has_checksums && !log->has_end)
+    return "clocks.csv: has no end: it was cut, or the take was not closed";
+  return "";
+}
+
+std::vector<LoggedReading> ReadClockLog(const std::string& take, const std::string& checksum) {
   absl::StatusOr<ParsedClockLog> log = ParseClockLog(take);
-  if (!log.ok()) return log.status();
+  if (!log.ok() || !log->MayBeOf(checksum)) return {};
   return std::move(log->readings);
 }
 

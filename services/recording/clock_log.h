@@ -36,6 +36,8 @@ class ClockLog {
   // Writes the last line, without which the file counts as cut. What an earlier call could not write, on a
   // full disk for example, is written first. OK where no file is open.
   absl::Status Close();
+  // At the end of the file, 16 hex digits; empty before Close.
+  const std::string& end_checksum() const { return end_checksum_; }
 
   // What the ledger should know: the camera's PTP changed its state. Empty otherwise.
   std::string Add(size_t camera, const ClockReading& reading);
@@ -55,6 +57,7 @@ class ClockLog {
   uint64_t written_bytes_ = 0;
   uint64_t checksum_ = 0;  // of the last line
   uint64_t readings_ = 0;
+  std::string end_checksum_;
   std::vector<std::optional<ClockReading>> last_;
   std::vector<bool> is_distrusted_;
 };
@@ -63,16 +66,31 @@ struct ParsedClockLog {
   std::vector<LoggedReading> readings;  // of the lines that are whole
   bool has_checksums = true;            // false: of 0.2.0 or before
   bool has_end = false;
+  std::string end_checksum;  // 16 hex digits; empty without an end
   uint64_t damaged_lines = 0;
   bool is_cut = false;  // within its last line, which counts as damaged
   std::string damage;   // the first: "line 7 is not as it was written"
+
+  // Whether a take whose v1::Take.clocks_checksum this is may have it; any, where the take says nothing. One
+  // that is cut has no end to compare, but its lines have checksums of their own.
+  bool MayBeOf(const std::string& checksum) const {
+    return checksum.empty() || (has_checksums && (!has_end || end_checksum == checksum));
+  }
 };
 
 // NotFound: the take has none (imported, or of an older version). DataLoss: it is something else. Errors of
 // PosixFile.
 absl::StatusOr<ParsedClockLog> ParseClockLog(const std::string& take);
-// Its readings alone.
-absl::StatusOr<std::vector<LoggedReading>> ReadClockLog(const std::string& take);
+
+// What take.json says of the log.
+struct ClockLogSeal {
+  std::string checksum;    // v1::Take.clocks_checksum
+  bool is_closed = false;  // the take
+};
+// In words; empty: nothing is wrong with it, or the take has none.
+std::string ClockLogDamage(const std::string& take, const ClockLogSeal& seal);
+// The readings that may be used: all that are whole, where take.json names no other log.
+std::vector<LoggedReading> ReadClockLog(const std::string& take, const std::string& checksum);
 
 // The whole log as text, with its end.
 std::string ClockLogText(const std::vector<LoggedReading>& readings);

@@ -376,6 +376,7 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
   Summarize(live.Cameras(), (*recorder)->Counters(), take);
   if (!absl::IsDeadlineExceeded(written)) {
     status.Update(clocks.Close());
+    take.set_clocks_checksum(clocks.end_checksum());
     status.Update(WriteTakeFile(folder, take));
   }
   if (!status.ok()) return status;

@@ -209,7 +209,7 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
   if (!info.ok()) return info.status();
   const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(path);
   if (!take.ok()) return take.status();
-  const std::vector<LoggedReading> readings = ReadClockLog(path).value_or(std::vector<LoggedReading>{});
+  const std::vector<LoggedReading> readings = ReadClockLog(path, info->take().clocks_checksum());
   SyncAnalysis out;
   v1::SyncReport& report = out.report;
   report.set_path(path);

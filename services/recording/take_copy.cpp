@@ -313,6 +313,7 @@ absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& ou
   trimmed.set_board_hash(description->board_hash());
   trimmed.set_sync(description->sync());
   trimmed.set_own_clocks(description->own_clocks());
+  trimmed.set_clocks_checksum(description->clocks_checksum());
   absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(trimmed), options.recorder);
   if (!copy.ok()) return copy.status();
   if (absl::Status status = CopyClocks(take, copy->folder()); !status.ok()) return status;

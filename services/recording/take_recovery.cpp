@@ -96,21 +96,10 @@ void CheckTakeFile(const KnownTake& known, const TakeCheck& check, v1::TakeCheck
 }
 
 // Takes of cameras have a log of their clocks; copies of them as well.
-void CheckClockLog(const std::string& folder, bool is_closed, v1::TakeCheckReport& report) {
-  const absl::StatusOr<ParsedClockLog> log = ParseClockLog(folder);
-  if (absl::IsNotFound(log.status())) return;
-  if (!log.ok()) {
-    report.add_problems(absl::StrCat("clocks.csv: ", log.status().message()));
-    return;
-  }
-  // A recorder that was killed may have left half a line, of a version that cannot tell more.
-  const bool is_crash = !log->has_checksums && log->is_cut && log->damaged_lines == 1;
-  if (log->damaged_lines > 0 && !is_crash) {
-    report.add_problems(absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines,
-                                     " in all; its other lines are read"));
-  } else if (is_closed && log->has_checksums && !log->has_end) {
-    report.add_problems("clocks.csv: has no end: it was cut, or the take was not closed");
-  }
+void CheckClockLog(const std::string& folder, const v1::Take& take, bool is_closed,
+                   v1::TakeCheckReport& report) {
+  const std::string damage = ClockLogDamage(folder, {take.clocks_checksum(), is_closed});
+  if (!damage.empty()) report.add_problems(damage);
 }
 
 }  // namespace
@@ -125,7 +114,7 @@ absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder
   for (const std::string& problem : check->problems) report.add_problems(problem);
   for (const std::string& warning : check->warnings) report.add_warnings(warning);
   CheckTakeFile(*known, *check, report);
-  CheckClockLog(folder, IsClosed(folder, known->take), report);
+  CheckClockLog(folder, known->take, IsClosed(folder, known->take), report);
   report.set_whole(report.problems().empty());
   report.set_sets(check->sets);
   report.set_complete_sets(check->complete_sets);
@@ -162,8 +151,11 @@ struct ClockRepair {
   std::string damage;  // empty: none
 };
 
-ClockRepair RepairOf(const std::string& folder) {
+ClockRepair RepairOf(const std::string& folder, const v1::Take& take) {
   const absl::StatusOr<ParsedClockLog> log = ParseClockLog(folder);
+  const bool is_lost = absl::IsNotFound(log.status()) ? !take.clocks_checksum().empty()
+                                                      : log.ok() && !log->MayBeOf(take.clocks_checksum());
+  if (is_lost) return {ClockLogText({}), ClockLogDamage(folder, {take.clocks_checksum(), true})};
   if (absl::IsDataLoss(log.status())) return {ClockLogText({}), std::string(log.status().message())};
   if (!log.ok() || (log->damaged_lines == 0 && (log->has_end || !log->has_checksums))) return {};
   // The last line of a recorder that was killed is no damage.
@@ -212,8 +204,8 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
     options.descriptions[known->take.cameras(i).id()] = StreamDescription(known->take, i);
   std::error_code error;
   if (!known->file.ok() && fs::exists(TakeJsonFile(folder), error)) options.keep.push_back("take.json");
-  const ClockRepair clocks = RepairOf(folder);
-  if (!clocks.damage.empty()) options.keep.push_back("clocks.csv");
+  const ClockRepair clocks = RepairOf(folder, known->take);
+  if (!clocks.damage.empty() && fs::exists(ClockLogFile(folder), error)) options.keep.push_back("clocks.csv");
   const absl::StatusOr<TakeRecovery> recovery = RecoverTake(folder, options);
   if (!recovery.ok()) return recovery.status();
   v1::TakeRecoveryReport report = ReportOf(folder, *recovery, choice.dry_run);
@@ -226,11 +218,13 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
   if (!clocks.text.empty() && !choice.dry_run)
     if (absl::Status status = WriteFileAtomically(ClockLogFile(folder), clocks.text); !status.ok())
       return status;
-  if (Update(*known, *recovery, take)) {
+  const bool is_updated = Update(*known, *recovery, take);
+  if (is_updated)
     report.add_changes("take.json: says that the take was recovered, with the totals of what it holds");
-    if (!choice.dry_run)
-      if (absl::Status status = WriteTakeFile(folder, take); !status.ok()) return status;
-  }
+  if (!clocks.text.empty() && !choice.dry_run)
+    take.set_clocks_checksum(ParseClockLog(folder).value_or(ParsedClockLog()).end_checksum);
+  if ((is_updated || !clocks.text.empty()) && !choice.dry_run)
+    if (absl::Status status = WriteTakeFile(folder, take); !status.ok()) return status;
   AssessRecovery(report);
   if (report.kept_aside().empty()) return report;
   const std::string path = (fs::path(report.kept_aside()) / "recovery.json").string();

@@ -1,6 +1,7 @@
 #include "services/retention/retention_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "absl/strings/str_format.h"
@@ -164,9 +165,11 @@ int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>&
   if (room.free_bytes == UINT64_MAX) return room.takes_reach_bytes;  // the disk does not say
   const double held = BytesOfTakes(holdings), least = rules.least_free_gib * kGib;
   const double free = static_cast<double>(room.free_bytes);
-  if (free >= least) return static_cast<int64_t>(held + free);
+  // Upwards: a part of a byte would be room that takes took, and cost a whole one.
+  const auto whole_bytes = [](double bytes) { return static_cast<int64_t>(std::ceil(bytes)); };
+  if (free >= least) return whole_bytes(held + free);
   // Who took the room before anybody looked is unknown: not the takes that are there.
-  return room.takes_reach_bytes >= 0 ? room.takes_reach_bytes : static_cast<int64_t>(held + least);
+  return room.takes_reach_bytes >= 0 ? room.takes_reach_bytes : whole_bytes(held + least);
 }
 
 RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holding>& holdings,

@@ -42,7 +42,7 @@ def run(*arguments, check=True):
 def knows(weft, *words):
     """Whether this version has a command, or the command an option."""
     if not words[-1].startswith("--"):
-        return words[0] in run(weft, "--help").split()
+        return re.search(rf"^ +{words[0]} ", run(weft, "--help"), re.MULTILINE) is not None
     return words[-1] in run(weft, *words[:-1], "--help").split()
 
 

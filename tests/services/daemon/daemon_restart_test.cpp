@@ -149,6 +149,31 @@ TEST_F(KilledDaemonTest, ANewOneBeginsWhenTheLastWorkerOfTheOldOneIsGone) {
   EXPECT_EQ(TimesComputed(folder_ / "out", "outlive"), 2);
 }
 
+TEST_F(KilledDaemonTest, AJobThatWasBeingCancelledIs) {
+  std::string id;
+  {
+    ChildProcess process = StartProcess();
+    id = Submit({"a", "stubborn", "b", "c"});
+    WatchUntilRunning(id);
+    const std::string address = ReadBytes(folder_ / "address");
+    const auto other = RegistrationClient::Connect(address.substr(0, address.find('\n')));
+    ASSERT_TRUE(other.ok()) << other.status();
+    std::thread canceller([&] { client_->Cancel(id).IgnoreError(); });
+    while ((*other)->Get(id)->message() != "being cancelled")
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    process.Signal(SIGKILL);
+    process.Reap();
+    canceller.join();
+  }
+  const ChildProcess process = StartProcess();
+  const v1::Job job = WaitForEnd(id);
+  EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(job.message(), "cancelled");
+  EXPECT_EQ(job.frames().waiting(), 0);
+  EXPECT_EQ(TimesComputed(folder_ / "out", "c"), 0);
+  EXPECT_EQ(job.ends_as(), v1::JOB_STATE_UNSPECIFIED);
+}
+
 TEST_F(KilledDaemonTest, AJobThatItAcceptedIsNotLost) {
   std::string queued;
   {

@@ -284,11 +284,16 @@ TEST_F(TakeServiceTest, GoToTheTrashAndComeBackUnlessTheyAreInUse) {
   EXPECT_EQ(client.List(0)->takes(0).keeping().deleted_unix_ns(), 0);
   EXPECT_EQ(client.EmptyTrash(id_).status().code(), absl::StatusCode::kNotFound);
   ASSERT_TRUE(client.Delete(id_).ok());
+  // What a removal was at when its daemon was killed.
+  const std::string half = absl::StrCat(options_.state_folder, "/trash/.removed-", id_);
+  std::filesystem::create_directories(half + "/take");
+  ASSERT_EQ(client.List(0, true)->takes_size(), 1);
   const absl::StatusOr<v1::EmptyTrashResponse> emptied = client.EmptyTrash("");
   ASSERT_TRUE(emptied.ok()) << emptied.status();
   EXPECT_EQ(emptied->takes(), 1);
   EXPECT_GT(emptied->bytes(), 0);
   EXPECT_EQ(client.Restore(id_).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(std::filesystem::is_empty(options_.state_folder + "/trash"));
   for (const char* id : {"../results", "a/b", "."}) {
     EXPECT_EQ(client.Restore(id).status().code(), absl::StatusCode::kInvalidArgument) << id;
     EXPECT_EQ(client.EmptyTrash(id).status().code(), absl::StatusCode::kInvalidArgument) << id;

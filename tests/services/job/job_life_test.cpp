@@ -82,6 +82,25 @@ TEST_F(JobLifeTest, CancelsWhatIsLeftOfAJobThatEndsEarly) {
   EXPECT_EQ(life_.frames().infos()[1].reason(), "cancelled");
 }
 
+TEST_F(JobLifeTest, AnEarlyEndIsWrittenDownBeforeItsFrames) {
+  Finish(0, v1::FRAME_STATE_DONE);
+  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+  const v1::Job written = life_.Describe();
+  EXPECT_EQ(written.ends_as(), v1::JOB_STATE_CANCELLED);
+  JobLife resumed(written, life_.frames().infos());
+  EXPECT_TRUE(resumed.ends_early());
+  resumed.CancelWaiting([](size_t position) { return position == 2; });
+  EXPECT_EQ(resumed.frames().infos()[1].state(), v1::FRAME_STATE_CANCELLED);
+  EXPECT_EQ(resumed.frames().infos()[2].state(), v1::FRAME_STATE_WAITING);
+  const v1::Job job = resumed.Outcome({});
+  EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(job.message(), "cancelled");
+  EXPECT_EQ(job.ends_as(), v1::JOB_STATE_UNSPECIFIED);
+  resumed.Conclude(job);
+  EXPECT_TRUE(resumed.Retry());
+  EXPECT_FALSE(resumed.ends_early());
+}
+
 TEST_F(JobLifeTest, RegistersFramesAgainAFewTimes) {
   const std::vector<IncompleteFrame> lost = {{1, "mesh.ply is missing"}};
   EXPECT_TRUE(life_.DoAgain({}).ok());

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
@@ -22,14 +23,14 @@ TEST(ClockLog, KeepsReadingsAndTellsOfChangesOfPtp) {
     EXPECT_EQ(log.Last(0)->device_minus_host_ns, -6);
   }
   std::ofstream(folder.path() + "/clocks.csv", std::ios::app) << "3000,left,1";  // cut off by a crash
-  const absl::StatusOr<std::vector<LoggedReading>> readings = ReadClockLog(folder.path());
-  ASSERT_TRUE(readings.ok());
-  ASSERT_EQ(readings->size(), 3u);
-  EXPECT_EQ((*readings)[1].camera_id, "left");
-  EXPECT_EQ((*readings)[1].reading.ptp_status, "Slave");
-  EXPECT_EQ((*readings)[1].reading.ptp_offset_ns, -40);
-  EXPECT_EQ((*readings)[2].reading.ptp_offset_ns, std::nullopt);
-  EXPECT_TRUE(absl::IsNotFound(ReadClockLog(folder.path() + "/none").status()));
+  const std::vector<LoggedReading> readings = ReadClockLog(folder.path(), "");
+  ASSERT_EQ(readings.size(), 3u);
+  EXPECT_EQ(readings[1].camera_id, "left");
+  EXPECT_EQ(readings[1].reading.ptp_status, "Slave");
+  EXPECT_EQ(readings[1].reading.ptp_offset_ns, -40);
+  EXPECT_EQ(readings[2].reading.ptp_offset_ns, std::nullopt);
+  EXPECT_TRUE(absl::IsNotFound(ParseClockLog(folder.path() + "/none").status()));
+  EXPECT_TRUE(ReadClockLog(folder.path() + "/none", "").empty());
 }
 
 // As a take has them whose two cameras were read twice.
@@ -41,7 +42,9 @@ class ClosedLog : public ::testing::Test {
     for (int64_t second = 1; second <= 2; ++second)
       for (const size_t camera : {size_t{0}, size_t{1}})
         log.Add(camera, {second * 1'000'000'000, -5 - second, 3, "Slave", -40});
+    EXPECT_EQ(log.end_checksum(), "");
     EXPECT_TRUE(log.Close().ok());
+    checksum_ = log.end_checksum();
     text_ = ReadBytes(File());
   }
   std::string File() const { return ClockLogFile(folder_.path()); }
@@ -55,7 +58,7 @@ class ClosedLog : public ::testing::Test {
   }
 
   TempFolder folder_;
-  std::string text_;
+  std::string text_, checksum_;
 };
 
 TEST_F(ClosedLog, IsReadAsItWasWritten) {
@@ -65,6 +68,34 @@ TEST_F(ClosedLog, IsReadAsItWasWritten) {
   EXPECT_EQ(log.readings[3].camera_id, "right");
   EXPECT_EQ(log.readings[3].reading.device_minus_host_ns, -7);
   EXPECT_EQ(ClockLogText(log.readings), text_);
+  EXPECT_EQ(log.end_checksum, checksum_);
+}
+
+TEST_F(ClosedLog, OneThatTheTakeDoesNotNameIsNotRead) {
+  const auto damage = [this] { return ClockLogDamage(folder_.path(), {checksum_, true}); };
+  const auto readings = [this] { return ReadClockLog(folder_.path(), checksum_).size(); };
+  EXPECT_EQ(damage(), "");
+  EXPECT_EQ(readings(), 4u);
+  const std::string other = ClockLogText({{"left", {1'000'000'000, 499'999'994, 3, "Slave", -40}}});
+  const std::string old =
+      other.substr(0, other.find(",checksum")) + "\n1000000000,left,499999994,3,Slave,-40\n";
+  for (const std::string& text : {other, old, ClockLogText({})}) {
+    WriteBytes(File(), text);
+    EXPECT_EQ(damage(), "clocks.csv: is not the one that was written with this take, and is not read");
+    EXPECT_EQ(readings(), 0u);
+    EXPECT_EQ(ClockLogDamage(folder_.path(), {"", true}), "");  // takes of earlier versions name none
+  }
+  std::filesystem::remove(File());
+  EXPECT_EQ(damage(), "clocks.csv: is missing");
+  EXPECT_EQ(ClockLogDamage(folder_.path(), {"", true}), "");
+  // What is damaged in part is read in part.
+  WriteBytes(File(), text_.substr(0, text_.size() / 2));
+  EXPECT_EQ(readings(), 1u);
+  std::string damaged = text_;
+  damaged[text_.find("2000000000")] = '9';
+  WriteBytes(File(), damaged);
+  EXPECT_EQ(damage(), "clocks.csv: line 4 is not as it was written, 1 in all; its other lines are read");
+  EXPECT_EQ(readings(), 3u);
 }
 
 TEST_F(ClosedLog, EveryByteThatChangesIsSeen) {

@@ -12,6 +12,7 @@
 
 #include "base/host_clock.h"
 #include "services/recording/clock_log.h"
+#include "services/recording/take_file.h"
 #include "services/recording/take_recovery.h"
 #include "tests/capture/temp_folder.h"
 
@@ -171,22 +172,43 @@ TEST(RecordLive, ClocksOfATakeAreVerifiedAndRecovered) {
     return report.ok() ? all : std::string(report.status().message());
   };
   EXPECT_EQ(problems(), "");
+  const auto said = [&take] {  // by `weft take info`, which reads no frames
+    const v1::Verdict verdict = DescribeTake(take)->verdict();
+    std::string all = verdict.reason() + "\n";
+    for (const v1::VerdictFinding& other : verdict.others()) all += other.reason() + "\n";
+    return all;
+  };
+  EXPECT_THAT(said(), ::testing::Not(HasSubstr("clocks.csv")));
   const std::string cut = ReadBytes(log).substr(0, ReadBytes(log).find('\n') + 1);
   WriteBytes(log, cut);
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: has no end"));
   const std::string readings =
       ClockLogText({{"cam0", {1000, -5, 3, "", {}}}, {"cam0", {2000, -6, 3, "", {}}}});
   WriteBytes(log, readings);
+  EXPECT_THAT(problems(), HasSubstr("clocks.csv: is not the one that was written with this take"));
+  EXPECT_THAT(said(), HasSubstr("clocks.csv: is not the one"));
+  ASSERT_TRUE(RecoverRecordedTake(take, {.force = true}).ok());
+  EXPECT_EQ(problems(), "");
+  std::filesystem::remove(log);
+  EXPECT_EQ(problems(), "clocks.csv: is missing\n");
+  EXPECT_THAT(said(), HasSubstr("clocks.csv: is missing"));
+  ASSERT_TRUE(RecoverRecordedTake(take, {.force = true}).ok());
+  EXPECT_EQ(problems(), "");
+  // From here on as a take of an earlier version, which does not name its log.
+  v1::Take described = *ReadTakeFile(take);
+  described.clear_clocks_checksum();
+  ASSERT_TRUE(WriteTakeFile(take, described).ok());
+  WriteBytes(log, readings);
   EXPECT_EQ(problems(), "");
   std::string damaged = readings;
   damaged[damaged.find("2000")] = '9';
   WriteBytes(log, damaged);
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: line 3 is not as it was written, 1 in all"));
-  EXPECT_EQ(ReadClockLog(take)->size(), 1u);
+  EXPECT_EQ(ReadClockLog(take, "").size(), 1u);
   const auto recovered = RecoverRecordedTake(take, {.force = true});
   ASSERT_TRUE(recovered.ok()) << recovered.status();
   EXPECT_EQ(problems(), "");
-  EXPECT_EQ(ReadClockLog(take)->size(), 1u);
+  EXPECT_EQ(ReadClockLog(take, ReadTakeFile(take)->clocks_checksum()).size(), 1u);
   EXPECT_EQ(ReadBytes(recovered->kept_aside() + "/clocks.csv"), damaged);
   WriteBytes(log, "something else");
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: "));

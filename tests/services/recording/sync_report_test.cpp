@@ -65,6 +65,8 @@ class SyncedTake {
     clocks.Add(2, {kEpoch_ns + 12 * kFramePeriod_ns, 40 * kMs, 45 * kMs, "Slave", 300});
     EXPECT_TRUE((*recorder)->Stop().ok());
     SetOutcome((*recorder)->Counters(), take);
+    EXPECT_TRUE(clocks.Close().ok());
+    take.set_clocks_checksum(clocks.end_checksum());
     EXPECT_TRUE(WriteTakeFile(path_, take).ok());
   }
   const std::string& path() const { return path_; }
@@ -104,12 +106,12 @@ TEST(SyncReport, PutsClocksOnOneAxisThroughDriftAndJumps) {
 // As the recorders of 0.1.0 left behind: a clock that answered 0 was written down as one that is at 1970.
 TEST(SyncReport, TakesNoReadingThatFramesContradict) {
   const SyncedTake take(false);
-  const absl::StatusOr<std::vector<LoggedReading>> readings = ReadClockLog(take.path());
-  ASSERT_TRUE(readings.ok());
+  const std::vector<LoggedReading> readings = ReadClockLog(take.path(), "");
+  ASSERT_FALSE(readings.empty());
   {
     ClockLog clocks({"a", "b", "c"});
     ASSERT_TRUE(clocks.Open(take.path()).ok());
-    for (const LoggedReading& logged : *readings) {
+    for (const LoggedReading& logged : readings) {
       ClockReading reading = logged.reading;
       if (logged.camera_id == "c") reading.device_minus_host_ns = -reading.host_time_ns;
       clocks.Add(logged.camera_id == "a" ? 0 : logged.camera_id == "b" ? 1 : 2, reading);

@@ -156,6 +156,19 @@ TEST(RetentionPlan, TheReachIsThatOfTheLastLookWithEnoughRoom) {
   EXPECT_EQ(TakesReachAfter(rules, {Take("a", 1)}, {UINT64_MAX, 7}), 7);
 }
 
+// A disk that lacked room when the rule came into force: no takes took it, whatever the rule says in bytes.
+TEST(RetentionPlan, PartsOfBytesCostNoTake) {
+  const std::vector<Holding> takes = {Take("a", 2), Take("b", 1)};
+  RetentionRules rules;
+  for (int tenths = 11; tenths < 1000; ++tenths) {
+    rules.least_free_gib = tenths / 10.0;
+    for (const uint64_t free_bytes : {uint64_t{0}, kGib, kGib + 1}) {
+      const DiskRoom room{free_bytes, TakesReachAfter(rules, takes, {free_bytes, -1})};
+      EXPECT_THAT(Plan(rules, takes, room).steps, IsEmpty()) << rules.least_free_gib;
+    }
+  }
+}
+
 TEST(RetentionPlan, RulesAreTheSameAsAMessage) {
   RetentionRules rules;
   rules.keep_takes_days = 1, rules.keep_trash_days = 2, rules.keep_jobs_days = 3, rules.takes_quota_gib = 4;
