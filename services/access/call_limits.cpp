@@ -87,7 +87,8 @@ absl::Status CallLimits::Admit(const std::string& caller, CallKind kind, v1::Rol
     return RetryLater(
         absl::StatusCode::kResourceExhausted,
         absl::StrCat(caller, " has ", open, " ", WordOf(kind), " open, and all callers together ", taken,
-                     " of ", all->all, ": the rest is for others"),
+                     " of ", all->all, ": the rest is for ",
+                     taken < all->all - all->reserve ? "others" : "operators"),
         RetryWhereFull(kind));
   }
   calls.admitted.push_back(now);

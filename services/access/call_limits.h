@@ -24,7 +24,7 @@ struct CallerLimits {
   int jobs = 300;  // unfinished; the job queue counts them
   // Of all callers together, so many of them for operators: threads, and what the daemon keeps for streams.
   // Uploads are counted where they are received.
-  int all_unary = 144, reserved_unary = 16;
+  int all_unary = 336, reserved_unary = 16;
   int all_streams = 4096, reserved_streams = 256;
 
   int Of(CallKind kind) const {

@@ -13,6 +13,7 @@
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/access/access_list.h"
+#include "services/access/call_limits.h"
 #include "services/daemon/call_observer.h"
 #include "services/daemon/daemon.h"
 #include "services/daemon/daemon_parts.h"
@@ -23,7 +24,10 @@
 namespace weft {
 namespace {
 
-constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
+// Calls at once, more than CallerLimits lets in: 200 clients that all ask in the same moment are answered.
+// Watchers and downloads need none.
+constexpr int kMaxThreads = 384;
+static_assert(kMaxThreads > CallerLimits().all_unary);
 constexpr int kPollers = 4;
 constexpr int kSpareThreads = 2 * kPollers;
 

@@ -226,7 +226,9 @@ def bad_certificates(target, until):
         context.set_alpn_protocols(["h2"])
         context.load_cert_chain(*clients[2 * at % len(clients):][:2])
         try:
-            with context.wrap_socket(socket.create_connection((host, int(port)), timeout=5), server_hostname=host) as connection:
+            # From an address of its own, as another machine would: a daemon keeps the whole address out.
+            there = socket.create_connection((host, int(port)), timeout=5, source_address=("127.66.0.1", 0))
+            with context.wrap_socket(there, server_hostname=host) as connection:
                 connection.sendall(http2.PREFACE + http2.settings() + http2.call(1, LIST, b""))
                 while connection.recv(1 << 16):
                     pass
