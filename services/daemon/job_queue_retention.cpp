@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <thread>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/daemon/lost_jobs.h"
-#include "services/files/atomic_file.h"
+#include "services/files/moved_folder.h"
 
 namespace weft {
 namespace {
@@ -19,20 +19,8 @@ namespace fs = std::filesystem;
 constexpr int kJobsPerRead = 200;
 
 void RemoveForgotten(const std::string& folder) {
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code failed;
-    if (!absl::StartsWith(it->path().filename().string(), kForgottenPrefix)) continue;
-    fs::remove_all(it->path(), failed);
-    if (failed) spdlog::warn("{}: cannot be removed: {}", it->path().string(), failed.message());
-  }
-}
-
-// Out of the way at once. The name says what a daemon that is killed here was at.
-std::error_code PutAside(const std::string& folder, const std::string& job_id) {
-  std::error_code error;
-  fs::rename(folder, fs::path(folder).parent_path() / absl::StrCat(kForgottenPrefix, job_id), error);
-  return error == std::errc::no_such_file_or_directory ? std::error_code() : error;
+  if (const absl::Status status = RemoveAside(folder, kForgottenPrefix); !status.ok())
+    spdlog::warn("{}", EscapedText(std::string(status.message())));
 }
 
 }  // namespace
@@ -85,7 +73,7 @@ absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_u
       own.push_back(results);
     for (const std::string& folder : own) {
       if (folder.empty()) continue;
-      if (const std::error_code error = PutAside(folder, job_id)) return WriteError(folder, error.value());
+      if (absl::Status status = PutAside(folder, kForgottenPrefix); !status.ok()) return status;
     }
     if (absl::Status status = catalogue_->RemoveJob(job_id); !status.ok()) return status;
     published_.Remove(job_id);

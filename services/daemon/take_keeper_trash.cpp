@@ -1,5 +1,4 @@
 // What becomes of takes: adopted, pinned, deleted, restored, cleared away.
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
@@ -8,7 +7,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
@@ -18,7 +16,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/file_facts.h"
 #include "services/files/json_file.h"
-#include "services/files/unique_fd.h"
+#include "services/files/moved_folder.h"
 #include "services/recorder/recorder_files.h"
 #include "services/recording/take_file.h"
 #include "services/rpc/error_detail.h"
@@ -35,42 +33,12 @@ int64_t ChangedAt(const std::string& folder) {
   return UnixTime_ns(info.st_ctim);
 }
 
-// A rename that a power failure does not undo.
-absl::Status MoveFolder(const std::string& from, const std::string& to) {
-  const std::string target_folder = fs::path(to).parent_path();
-  if (absl::Status status = CreateFolders(target_folder); !status.ok()) return status;
-  if (rename(from.c_str(), to.c_str()) != 0) return WriteError(to, errno);
-  for (const std::string& folder : {target_folder, fs::path(from).parent_path().string()}) {
-    const UniqueFd fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (absl::Status status = SyncFolder(fd.get(), folder); !status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
 // What a removal was at that a kill ended; no take has such a name.
 constexpr char kRemovedPrefix[] = ".removed-";
 
-// Out of the way at once: half of a take would be restored like a whole one.
-absl::Status RemoveWhole(const std::string& folder) {
-  const fs::path place(folder);
-  const std::string aside =
-      (place.parent_path() / absl::StrCat(kRemovedPrefix, place.filename().string())).string();
-  std::error_code error;
-  fs::remove_all(aside, error);
-  if (error) return WriteError(aside, error.value());
-  if (absl::Status status = MoveFolder(folder, aside); !status.ok()) return status;
-  fs::remove_all(aside, error);
-  return error ? WriteError(aside, error.value()) : absl::OkStatus();
-}
-
 void RemoveRest(const std::string& trash_folder) {
-  std::error_code error;
-  for (fs::directory_iterator it(trash_folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code failed;
-    if (!absl::StartsWith(it->path().filename().string(), kRemovedPrefix)) continue;
-    fs::remove_all(it->path(), failed);
-    if (failed) spdlog::warn("{}: cannot be removed: {}", it->path().string(), failed.message());
-  }
+  if (const absl::Status status = RemoveAside(trash_folder, kRemovedPrefix); !status.ok())
+    spdlog::warn("{}", EscapedText(std::string(status.message())));
 }
 
 absl::Status InUse(const std::string& id, const std::string& why, const std::string& remedy) {
@@ -176,7 +144,6 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
     return status;
   }
   const std::lock_guard lock(changing_);
-  RemoveRest(options_.trash_folder);
   v1::EmptyTrashResponse response;
   for (const std::string& one : ids) {
     const std::string folder = TrashOf(one);
@@ -185,11 +152,12 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
                         {"take_id", absl::StrCat("no take ", one, " in the trash"), "delete it first"});
     }
     const uint64_t bytes = BytesBelow(folder);
-    if (absl::Status status = RemoveWhole(folder); !status.ok()) return status;
+    if (absl::Status status = PutAside(folder, kRemovedPrefix); !status.ok()) return status;
     response.set_takes(response.takes() + 1);
     response.set_bytes(response.bytes() + bytes);
     spdlog::info("take {} is removed for good", one);
   }
+  if (absl::Status status = RemoveAside(options_.trash_folder, kRemovedPrefix); !status.ok()) return status;
   return response;
 }
 

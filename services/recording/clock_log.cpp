@@ -211,26 +211,23 @@ absl::StatusOr<ParsedClockLog> ParseClockLog(const std::string& take) {
   return parser.Take();
 }
 
-std::string ClockLogDamage(const std::string& take, const ClockLogSeal& seal) {
-  const absl::StatusOr<ParsedClockLog> log = ParseClockLog(take);
-  if (absl::IsNotFound(log.status())) return seal.checksum.empty() ? "" : "clocks.csv: is missing";
-  if (!log.ok()) return absl::StrCat("clocks.csv: ", log.status().message());
+UsableClockLog ReadClockLog(const std::string& take, const ClockLogSeal& seal) {
+  absl::StatusOr<ParsedClockLog> log = ParseClockLog(take);
+  if (absl::IsNotFound(log.status())) return {{}, seal.checksum.empty() ? "" : "clocks.csv: is missing"};
+  if (!log.ok()) return {{}, absl::StrCat("clocks.csv: ", log.status().message())};
+  if (!log->MayBeOf(seal.checksum))
+    return {{}, "clocks.csv: is not the one that was written with this take, and is not read"};
   // A recorder that was killed may have left half a line, of a version that cannot tell more.
   const bool is_crash = !log->has_checksums && log->is_cut && log->damaged_lines == 1;
-  if (!log->MayBeOf(seal.checksum))
-    return "clocks.csv: is not the one that was written with this take, and is not read";
-  if (log->damaged_lines > 0 && !is_crash)
-    return absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines,
-                        " in all; its other lines are read");
-  if (seal.is_closed && log->has_checksums && !log->has_end)
-    return "clocks.csv: has no end: it was cut, or the take was not closed";
-  return "";
-}
-
-std::vector<LoggedReading> ReadClockLog(const std::string& take, const std::string& checksum) {
-  absl::StatusOr<ParsedClockLog> log = ParseClockLog(take);
-  if (!log.ok() || !log->MayBeOf(checksum)) return {};
-  return std::move(log->readings);
+  UsableClockLog out;
+  if (log->damaged_lines > 0 && !is_crash) {
+    out.damage = absl::StrCat("clocks.csv: ", log->damage, ", ", log->damaged_lines,
+                              " in all; its other lines are read");
+  } else if (seal.is_closed && log->has_checksums && !log->has_end) {
+    out.damage = "clocks.csv: has no end: it was cut, or the take was not closed";
+  }
+  out.readings = std::move(log->readings);
+  return out;
 }
 
 std::string ClockLogText(const std::vector<LoggedReading>& readings) {

@@ -87,10 +87,12 @@ struct ClockLogSeal {
   std::string checksum;    // v1::Take.clocks_checksum
   bool is_closed = false;  // the take
 };
-// In words; empty: nothing is wrong with it, or the take has none.
-std::string ClockLogDamage(const std::string& take, const ClockLogSeal& seal);
-// The readings that may be used: all that are whole, where take.json names no other log.
-std::vector<LoggedReading> ReadClockLog(const std::string& take, const std::string& checksum);
+// What of a take's log may be used.
+struct UsableClockLog {
+  std::vector<LoggedReading> readings;  // all that are whole, where take.json names no other log
+  std::string damage;                   // in words; empty: nothing is wrong with it, or the take has none
+};
+UsableClockLog ReadClockLog(const std::string& take, const ClockLogSeal& seal);
 
 // The whole log as text, with its end.
 std::string ClockLogText(const std::vector<LoggedReading>& readings);

@@ -209,7 +209,7 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
   if (!info.ok()) return info.status();
   const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(path);
   if (!take.ok()) return take.status();
-  const std::vector<LoggedReading> readings = ReadClockLog(path, info->take().clocks_checksum());
+  const std::vector<LoggedReading> readings = ReadClockLog(path, {info->take().clocks_checksum()}).readings;
   SyncAnalysis out;
   v1::SyncReport& report = out.report;
   report.set_path(path);

@@ -180,13 +180,13 @@ absl::StatusOr<v1::TakeInfo> DescribeTake(const std::string& folder) {
     for (const IndexRecord& record : (*streams)->stream(camera).records())
       bytes += kBlockBytes + PaddedBytes(record.payload_bytes);
   info.set_bytes(bytes);
-  const std::string& seal = info.take().clocks_checksum();
   const bool is_closed =
       info.take().state() == v1::TAKE_STATE_COMPLETE || info.take().state() == v1::TAKE_STATE_STOPPED;
-  if (const std::string damage = ClockLogDamage(folder, {seal, is_closed}); !damage.empty())
-    AddFinding(*info.mutable_verdict(), v1::GRADE_USABLE, damage,
+  const UsableClockLog clocks = ReadClockLog(folder, {info.take().clocks_checksum(), is_closed});
+  if (!clocks.damage.empty())
+    AddFinding(*info.mutable_verdict(), v1::GRADE_USABLE, clocks.damage,
                "Put the file of a copy of the take in its place, or run `weft take recover --force`.");
-  const CommonTimes times(**streams, ReadClockLog(folder, seal), info.take());
+  const CommonTimes times(**streams, clocks.readings, info.take());
   DescribeTiming(**streams, times, info);
   DescribeCauses(**streams, info);
   for (const std::string& warning : (*streams)->warnings()) info.add_warnings(warning);

@@ -98,7 +98,7 @@ void CheckTakeFile(const KnownTake& known, const TakeCheck& check, v1::TakeCheck
 // Takes of cameras have a log of their clocks; copies of them as well.
 void CheckClockLog(const std::string& folder, const v1::Take& take, bool is_closed,
                    v1::TakeCheckReport& report) {
-  const std::string damage = ClockLogDamage(folder, {take.clocks_checksum(), is_closed});
+  const std::string damage = ReadClockLog(folder, {take.clocks_checksum(), is_closed}).damage;
   if (!damage.empty()) report.add_problems(damage);
 }
 
@@ -155,7 +155,7 @@ ClockRepair RepairOf(const std::string& folder, const v1::Take& take) {
   const absl::StatusOr<ParsedClockLog> log = ParseClockLog(folder);
   const bool is_lost = absl::IsNotFound(log.status()) ? !take.clocks_checksum().empty()
                                                       : log.ok() && !log->MayBeOf(take.clocks_checksum());
-  if (is_lost) return {ClockLogText({}), ClockLogDamage(folder, {take.clocks_checksum(), true})};
+  if (is_lost) return {ClockLogText({}), ReadClockLog(folder, {take.clocks_checksum(), true}).damage};
   if (absl::IsDataLoss(log.status())) return {ClockLogText({}), std::string(log.status().message())};
   if (!log.ok() || (log->damaged_lines == 0 && (log->has_end || !log->has_checksums))) return {};
   // The last line of a recorder that was killed is no damage.

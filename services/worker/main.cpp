@@ -30,6 +30,11 @@
 
 namespace {
 
+// On the machine of the daemon those who serve go first. With 10, whatever else a machine works on would
+// starve workers; with 4 they have a third of what others have.
+constexpr int kNiceness = 4;
+constexpr int kLiveNiceness = 10;
+
 // Where events go: standard output, or a file that other machines read.
 class EventLog {
  public:
@@ -65,7 +70,8 @@ bool DieWithParent(int parent) {
   return parent == 0 || getppid() == parent;
 }
 
-absl::Status RunTaskFile(const std::string& path, const EventLog& log, const weft::UsageMeter& meter) {
+absl::Status RunTaskFile(const std::string& path, const EventLog& log, const weft::UsageMeter& meter,
+                         int niceness) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
   std::stop_source stop;
@@ -80,18 +86,17 @@ absl::Status RunTaskFile(const std::string& path, const EventLog& log, const wef
   if (!out.ok()) return out.status();
   const weft::StopOnSignal signals;
   // Whoever records goes first.
-  constexpr int kNiceness = 6;  // further
   if (task.spec().live_every() > 0) [[maybe_unused]]
-    const int ignored = nice(kNiceness);
+    const int ignored = nice(kLiveNiceness - niceness);
   const std::stop_callback forward(signals.token(), [&stop] { stop.request_stop(); });
   return weft::RunTask(task, *out, report, stop.get_token());
 }
 
 // The same, with exceptions as errors.
 absl::Status RunWithin(const std::string& path, const EventLog& log, const weft::UsageMeter& meter,
-                       int64_t memory_mib) {
+                       int64_t memory_mib, int niceness) {
   try {
-    return RunTaskFile(path, log, meter);
+    return RunTaskFile(path, log, meter, niceness);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "out of memory", memory_mib > 0 ? absl::StrCat("; a worker may take ", memory_mib,
@@ -148,11 +153,8 @@ int main(int argc, char** argv) {
       return weft::kExitFailed;
     }
   }
-  // On the machine of the daemon those who serve go first. With 10, whatever else a machine works on would
-  // starve workers; with 4 they have a third of what others have.
-  constexpr int kNiceness = 4;
-  if (parent != 0) [[maybe_unused]]
-    const int ignored = nice(kNiceness);
+  const int niceness = parent != 0 ? kNiceness : 0;
+  [[maybe_unused]] const int ignored = nice(niceness);
   // After the change of the user, which forgets it.
   if (!DieWithParent(parent)) return weft::kExitFailed;
   if (const absl::Status limited = weft::LimitMemory(memory_mib); !limited.ok()) {
@@ -179,7 +181,7 @@ int main(int argc, char** argv) {
     log.Add(weft::BeganEvent());
   }
   AwaitFile(path, std::chrono::seconds(patience_s));
-  const absl::Status status = RunWithin(path, log, meter, memory_mib);
+  const absl::Status status = RunWithin(path, log, meter, memory_mib, niceness);
   if (!status.ok()) weft::PrintError(status);
   log.Add(weft::EndedEvent(weft::ExitStatusOf(status), meter.Now()));
   return weft::ExitStatusOf(status);

@@ -23,14 +23,14 @@ TEST(ClockLog, KeepsReadingsAndTellsOfChangesOfPtp) {
     EXPECT_EQ(log.Last(0)->device_minus_host_ns, -6);
   }
   std::ofstream(folder.path() + "/clocks.csv", std::ios::app) << "3000,left,1";  // cut off by a crash
-  const std::vector<LoggedReading> readings = ReadClockLog(folder.path(), "");
+  const std::vector<LoggedReading> readings = ReadClockLog(folder.path(), {}).readings;
   ASSERT_EQ(readings.size(), 3u);
   EXPECT_EQ(readings[1].camera_id, "left");
   EXPECT_EQ(readings[1].reading.ptp_status, "Slave");
   EXPECT_EQ(readings[1].reading.ptp_offset_ns, -40);
   EXPECT_EQ(readings[2].reading.ptp_offset_ns, std::nullopt);
   EXPECT_TRUE(absl::IsNotFound(ParseClockLog(folder.path() + "/none").status()));
-  EXPECT_TRUE(ReadClockLog(folder.path() + "/none", "").empty());
+  EXPECT_TRUE(ReadClockLog(folder.path() + "/none", {}).readings.empty());
 }
 
 // As a take has them whose two cameras were read twice.
@@ -72,8 +72,8 @@ TEST_F(ClosedLog, IsReadAsItWasWritten) {
 }
 
 TEST_F(ClosedLog, OneThatTheTakeDoesNotNameIsNotRead) {
-  const auto damage = [this] { return ClockLogDamage(folder_.path(), {checksum_, true}); };
-  const auto readings = [this] { return ReadClockLog(folder_.path(), checksum_).size(); };
+  const auto damage = [this] { return ReadClockLog(folder_.path(), {checksum_, true}).damage; };
+  const auto readings = [this] { return ReadClockLog(folder_.path(), {checksum_, true}).readings.size(); };
   EXPECT_EQ(damage(), "");
   EXPECT_EQ(readings(), 4u);
   const std::string other = ClockLogText({{"left", {1'000'000'000, 499'999'994, 3, "Slave", -40}}});
@@ -83,11 +83,11 @@ TEST_F(ClosedLog, OneThatTheTakeDoesNotNameIsNotRead) {
     WriteBytes(File(), text);
     EXPECT_EQ(damage(), "clocks.csv: is not the one that was written with this take, and is not read");
     EXPECT_EQ(readings(), 0u);
-    EXPECT_EQ(ClockLogDamage(folder_.path(), {"", true}), "");  // takes of earlier versions name none
+    EXPECT_EQ(ReadClockLog(folder_.path(), {"", true}).damage, "");  // takes of earlier versions name none
   }
   std::filesystem::remove(File());
   EXPECT_EQ(damage(), "clocks.csv: is missing");
-  EXPECT_EQ(ClockLogDamage(folder_.path(), {"", true}), "");
+  EXPECT_EQ(ReadClockLog(folder_.path(), {"", true}).damage, "");
   // What is damaged in part is read in part.
   WriteBytes(File(), text_.substr(0, text_.size() / 2));
   EXPECT_EQ(readings(), 1u);

@@ -204,11 +204,11 @@ TEST(RecordLive, ClocksOfATakeAreVerifiedAndRecovered) {
   damaged[damaged.find("2000")] = '9';
   WriteBytes(log, damaged);
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: line 3 is not as it was written, 1 in all"));
-  EXPECT_EQ(ReadClockLog(take, "").size(), 1u);
+  EXPECT_EQ(ReadClockLog(take, {}).readings.size(), 1u);
   const auto recovered = RecoverRecordedTake(take, {.force = true});
   ASSERT_TRUE(recovered.ok()) << recovered.status();
   EXPECT_EQ(problems(), "");
-  EXPECT_EQ(ReadClockLog(take, ReadTakeFile(take)->clocks_checksum()).size(), 1u);
+  EXPECT_EQ(ReadClockLog(take, {ReadTakeFile(take)->clocks_checksum()}).readings.size(), 1u);
   EXPECT_EQ(ReadBytes(recovered->kept_aside() + "/clocks.csv"), damaged);
   WriteBytes(log, "something else");
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: "));

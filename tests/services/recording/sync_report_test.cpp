@@ -106,7 +106,7 @@ TEST(SyncReport, PutsClocksOnOneAxisThroughDriftAndJumps) {
 // As the recorders of 0.1.0 left behind: a clock that answered 0 was written down as one that is at 1970.
 TEST(SyncReport, TakesNoReadingThatFramesContradict) {
   const SyncedTake take(false);
-  const std::vector<LoggedReading> readings = ReadClockLog(take.path(), "");
+  const std::vector<LoggedReading> readings = ReadClockLog(take.path(), {}).readings;
   ASSERT_FALSE(readings.empty());
   {
     ClockLog clocks({"a", "b", "c"});
