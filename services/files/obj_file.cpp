@@ -4,6 +4,8 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
 #include "services/files/mesh_file.h"
 
@@ -19,6 +21,21 @@ namespace weft {
 
 #ifdef WEFT_HAS_OBJ
 namespace {
+
+// The text with all statements emptied that no mesh needs: tinyobj converts numbers of some, such as skin
+// weights, without a check. Line numbers stay.
+std::string StatementsOfMesh(std::string_view text) {
+  const std::string lines = absl::StrReplaceAll({text.data(), text.size()}, {{"\r\n", "\n"}, {"\r", "\n"}});
+  std::string kept;
+  kept.reserve(lines.size() + 1);
+  for (const absl::string_view line : absl::StrSplit(lines, '\n')) {
+    const absl::string_view statement = absl::StripLeadingAsciiWhitespace(line);
+    const absl::string_view keyword = statement.substr(0, statement.find_first_of(" \t"));
+    if (keyword == "v" || keyword == "vt" || keyword == "vn" || keyword == "f") absl::StrAppend(&kept, line);
+    kept += '\n';
+  }
+  return kept;
+}
 
 absl::Status AddFaces(const tinyobj::mesh_t& from, const std::string& source_name, TriangleMesh* mesh) {
   size_t at = 0;
@@ -49,7 +66,7 @@ absl::StatusOr<TriangleMesh> MeshFromObj(std::string_view text, const std::strin
   config.triangulate = false;
   config.vertex_color = false;
   tinyobj::ObjReader reader;
-  if (!reader.ParseFromString(std::string(text), "", config)) {
+  if (!reader.ParseFromString(StatementsOfMesh(text), "", config)) {
     const absl::string_view why = absl::StripAsciiWhitespace(reader.Error());
     return absl::InvalidArgumentError(
         absl::StrCat(source_name, ": is no OBJ that can be read", why.empty() ? "" : ": ", why));

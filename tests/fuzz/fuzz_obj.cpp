@@ -23,5 +23,6 @@ std::vector<std::string> weft::FuzzSeeds() {
       "vn 0 0 1\ng front\nusemtl print\ns 1\nf 1/1/1 2/2/1 3/3/1\ng back\nf 4//1 3//1 2//1\n",
       "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf -3 -2 -1\r\nl 1 2\r\np 3\r\n",
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 1/0/1 1 2 0.5\nvw 0 0.5\n",
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nvw 0 1e46 0.5\r vw 0 1e46 0.5\nf 1 2 3\n",  // a joint beyond int
   };
 }
