@@ -16,9 +16,9 @@
 namespace weft::learning {
 namespace {
 
-constexpr double kAnswerUnitMm = 2;  // of animation/driving_features.h
+constexpr double kAnswerUnitMm = 2;  // of animation/sparse_view/driving_features.h
 constexpr int kOffsets = 3;
-// Of animation/pixel_driver.h, and the weights of its paper's code, over what keeps the loss near 1.
+// Of animation/paper/pixel_driver.h, and the weights of its paper's code, over what keeps the loss near 1.
 constexpr double kTangentUnitMm = 10, kVertexWeight = 0.5, kNormalWeight = 50, kLossUnit = 10;
 constexpr double kLastRate = 0.02, kWeightDecay = 1e-3, kLargestGradient = 1;
 // Frames that are further off in the mean were not tracked; a net that learnt from them would doubt all

@@ -15,7 +15,7 @@
 namespace weft::learning {
 namespace {
 
-constexpr double kPriorLeak = 0.2;  // of animation/graph_prior.h
+constexpr double kPriorLeak = 0.2;  // of animation/paper/graph_prior.h
 constexpr double kLastPriorRate = 0.02, kLargestPriorGradient = 10;
 constexpr double kMinutesBetweenPriorReports = 0.05, kMinutesBetweenPriorLooks = 0.5;
 constexpr int64_t kPoseNumbers = 6;
@@ -32,7 +32,8 @@ torch::Tensor TensorOf(const std::map<std::string, NumberTable>& tables, const s
       .clone();
 }
 
-// The graph as PlaceNodes and SkinnedMesh of animation/deformation_graph.h have it, for batches of poses.
+// The graph as PlaceNodes and SkinnedMesh of animation/paper/deformation_graph.h have it, for batches of
+// poses.
 class PosedGraph {
  public:
   explicit PosedGraph(const std::map<std::string, NumberTable>& tables)

@@ -29,11 +29,11 @@ struct TrainedPrior {
   std::string tables;  // of the decoder: "weight<k>" and "bias<k>", [to][from] and [1][to]
 };
 
-// `tables`: a file of EncodePriorTask (services/animation/graph_poses.h). The loss is on the meshes that the
-// poses make, not on the poses. Scores of held-out poses have 0 cameras: mean distances of the vertices from
-// those of the likeliest pose, and of what the autoencoder makes of them. The same bytes for the same file,
-// options, machine and number of threads. Throws std::runtime_error for tables that are missing or do not
-// fit.
+// `tables`: a file of EncodePriorTask (services/work/animation/graph_poses.h). The loss is on the meshes that
+// the poses make, not on the poses. Scores of held-out poses have 0 cameras: mean distances of the vertices
+// from those of the likeliest pose, and of what the autoencoder makes of them. The same bytes for the same
+// file, options, machine and number of threads. Throws std::runtime_error for tables that are missing or do
+// not fit.
 TrainedPrior TrainPrior(const std::string& tables, const PriorTraining& training,
                         const std::function<void(const NetProgress&)>& on_progress,
                         const std::function<bool()>& stopped);

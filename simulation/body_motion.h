@@ -5,8 +5,8 @@
 #include <optional>
 #include <string_view>
 
-#include "simulation/body.h"
-#include "simulation/hand.h"
+#include "figure/body.h"
+#include "figure/hand.h"
 
 namespace weft {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "simulation/capsule.h"
+#include "figure/capsule.h"
+#include "physics/fabric.h"
 #include "simulation/cloth.h"
-#include "simulation/fabric.h"
 #include "simulation/performance.h"
 
 namespace weft {

@@ -9,9 +9,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/angles.h"
+#include "physics/garment_solver.h"
 #include "simulation/body_motion.h"
 #include "simulation/folded_cloth.h"
-#include "simulation/garment_solver.h"
 #include "simulation/random.h"
 
 namespace weft {

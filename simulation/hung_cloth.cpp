@@ -8,8 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
 #include "base/angles.h"
+#include "physics/garment_solver.h"
 #include "simulation/body_motion.h"
-#include "simulation/garment_solver.h"
 #include "simulation/random.h"
 
 namespace weft {

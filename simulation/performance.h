@@ -14,8 +14,8 @@
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
 #include "figure/motion.h"
+#include "physics/fabric.h"
 #include "simulation/body_motion.h"
-#include "simulation/fabric.h"
 #include "simulation/garment.h"
 
 namespace weft {

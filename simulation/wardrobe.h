@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "simulation/body.h"
+#include "figure/body.h"
 #include "simulation/garment_pattern.h"
 
 namespace weft {

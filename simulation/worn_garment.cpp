@@ -8,10 +8,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/untangle.h"
+#include "figure/hand.h"
 #include "figure/joint_angles.h"
+#include "physics/garment_solver.h"
 #include "simulation/body_motion.h"
-#include "simulation/garment_solver.h"
-#include "simulation/hand.h"
 #include "simulation/random.h"
 #include "simulation/state_archive.h"
 #include "simulation/wardrobe.h"

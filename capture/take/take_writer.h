@@ -1,5 +1,5 @@
 // The files of a take that is being recorded: a stream per camera and the ledger. No threads of its own; the
-// recorder (services/recording) brings them.
+// recorder (services/studio/recording) brings them.
 #pragma once
 
 #include <memory>

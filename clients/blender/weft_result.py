@@ -12,7 +12,7 @@ BLENDER_FROM_WORLD = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], dtype=np.float
 TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4", "float": "<f4",
          "double": "<f8"}
 OBSERVED, TWO_VIEW = 1, 2
-# By state, in sRGB: inferred, observed, observed by two views, bridged, driven; those of services/report/mesh_colors.cpp.
+# By state, in sRGB: inferred, observed, observed by two views, bridged, driven; those of services/results/report/mesh_colors.cpp.
 STATE_COLORS = [(.90, .62, .00), (.34, .71, .91), (.00, .62, .45), (.55, .25, .50), (.94, .89, .26)]
 
 
@@ -26,7 +26,7 @@ def linear(srgb):
 
 
 def map_color(t):
-    """From low to high, 0 to 1: MapColor of services/report/mesh_colors.cpp, as linear RGBA."""
+    """From low to high, 0 to 1: MapColor of services/results/report/mesh_colors.cpp, as linear RGBA."""
     hue, chroma = np.radians(285 - 180 * t), 0.092 + 0.065 * t**3
     light, a, b = 0.36 + 0.55 * t, chroma * np.cos(hue), chroma * np.sin(hue)
     lms = np.array([light + 0.3963377774 * a + 0.2158037573 * b, light - 0.1055613458 * a - 0.0638541728 * b,

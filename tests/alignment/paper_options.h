@@ -1,7 +1,7 @@
 // The alignment as config/paper.txtpb has it.
 #pragma once
 
-#include "services/options/presets.h"
+#include "services/formats/options/presets.h"
 
 namespace weft::testing {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "animation/evidence.h"
+#include "animation/rays/evidence.h"
 #include "base/counter_random.h"
 #include "capture/rig/camera_model.h"
 

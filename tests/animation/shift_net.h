@@ -5,8 +5,8 @@
 #include <iterator>
 #include <vector>
 
-#include "animation/driving_features.h"
-#include "animation/sparse_view_avatar.h"
+#include "animation/avatar/sparse_view_avatar.h"
+#include "animation/sparse_view/driving_features.h"
 
 namespace weft {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "alignment/template.h"
-#include "animation/sparse_view_avatar.h"
+#include "animation/sparse_view/sparse_view_training.h"
 #include "tests/animation/drive_room.h"
 
 namespace weft {

@@ -15,9 +15,9 @@
 
 #include "alignment/untangle/self_intersection.h"
 #include "base/median.h"
-#include "services/files/cloud_file.h"
-#include "services/files/mesh_file.h"
-#include "services/files/template_file.h"
+#include "services/formats/files/cloud_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/template_file.h"
 #include "tests/alignment/paper_options.h"
 #include "tests/benchmark/wrinkled_sheet.h"
 

@@ -1,6 +1,6 @@
 // Which wrong rigs the verdict names, and whether it blames right ones. `accuracy_cameras --help` teaches its
-// use. The limits of services/verdict/camera_checks.h and limits.h (register.cameras_agree, .lens, .scale)
-// follow from its figures.
+// use. The limits of services/formats/verdict/camera_checks.h and limits.h (register.cameras_agree, .lens,
+// .scale) follow from its figures.
 #include <CLI/CLI.hpp>
 
 #include <Eigen/Geometry>
@@ -20,11 +20,11 @@
 #include "base/median.h"
 #include "base/random.h"
 #include "capture/rig/exchange_cameras.h"
-#include "services/files/agreement_proto.h"
-#include "services/files/observations_file.h"
-#include "services/files/rig_file.h"
-#include "services/report/camera_facts.h"
-#include "services/verdict/verdict.h"
+#include "services/formats/files/agreement_proto.h"
+#include "services/formats/files/observations_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/verdict/verdict.h"
+#include "services/results/report/camera_facts.h"
 #include "simulation/observation_model.h"
 #include "simulation/take_presets.h"
 #include "tests/benchmark/disturbed_views.h"

@@ -14,20 +14,20 @@
 #include <utility>
 #include <vector>
 
-#include "animation/deformation_graph.h"
-#include "animation/graph_fit.h"
-#include "animation/graph_prior.h"
-#include "animation/graph_tracker.h"
-#include "animation/sparse_view_driver.h"
-#include "animation/view_tracker.h"
+#include "animation/paper/deformation_graph.h"
+#include "animation/paper/graph_fit.h"
+#include "animation/paper/graph_prior.h"
+#include "animation/paper/graph_tracker.h"
+#include "animation/sparse_view/sparse_view_driver.h"
+#include "animation/sparse_view/view_tracker.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
-#include "services/animation/avatar_file.h"
-#include "services/animation/cloth_take.h"
-#include "services/animation/graph_poses.h"
-#include "services/animation/observed_take.h"
-#include "services/animation/training_takes.h"
-#include "services/files/atomic_file.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/work/animation/avatar_file.h"
+#include "services/work/animation/cloth_take.h"
+#include "services/work/animation/graph_poses.h"
+#include "services/work/animation/observed_take.h"
+#include "services/work/animation/training_takes.h"
 
 namespace weft {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
+#include "physics/garment_solver.h"
 #include "simulation/cloth.h"
-#include "simulation/garment_solver.h"
 
 namespace weft {
 namespace {

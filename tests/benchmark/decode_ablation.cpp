@@ -11,8 +11,8 @@
 
 #include "base/median.h"
 #include "capture/image/image_file.h"
-#include "services/files/board_file.h"
-#include "services/files/observations_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/observations_file.h"
 #include "tests/benchmark/decode_score.h"
 
 namespace weft {

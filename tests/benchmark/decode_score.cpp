@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_file.h"
-#include "services/files/board_file.h"
-#include "services/synthetic/truth_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/synthetic/truth_file.h"
 #include "simulation/take_presets.h"
 
 namespace weft::testing {

@@ -11,15 +11,16 @@
 #include <string>
 #include <vector>
 
-#include "animation/sparse_view_driver.h"
+#include "animation/sparse_view/sparse_view_driver.h"
+#include "animation/sparse_view/sparse_view_training.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
-#include "services/animation/avatar_file.h"
-#include "services/animation/net_sample.h"
-#include "services/animation/truth_views.h"
-#include "services/files/atomic_file.h"
-#include "services/files/template_file.h"
-#include "services/synthetic/frames_file.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/synthetic/frames_file.h"
+#include "services/work/animation/avatar_file.h"
+#include "services/work/animation/net_sample.h"
+#include "services/work/animation/truth_views.h"
 
 namespace weft {
 namespace {

@@ -12,11 +12,11 @@
 #include <string>
 
 #include "alignment/align.h"
-#include "animation/sparse_view_driver.h"
+#include "animation/sparse_view/sparse_view_driver.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "pattern/decoder.h"
-#include "services/animation/observed_take.h"
+#include "services/work/animation/observed_take.h"
 #include "tests/benchmark/waving_cloth.h"
 
 namespace weft {

@@ -11,15 +11,15 @@
 
 #include "alignment/mesh_graph.h"
 #include "alignment/placement.h"
-#include "animation/sigma_calibration.h"
-#include "animation/sparse_view_driver.h"
-#include "services/animation/avatar_goals.h"
-#include "services/animation/observed_take.h"
-#include "services/animation/score_table.h"
-#include "services/animation/truth_views.h"
-#include "services/files/mesh_file.h"
-#include "services/files/rig_file.h"
-#include "services/files/template_file.h"
+#include "animation/sparse_view/sigma_calibration.h"
+#include "animation/sparse_view/sparse_view_driver.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/observed_take.h"
+#include "services/work/animation/score_table.h"
+#include "services/work/animation/truth_views.h"
 
 namespace weft {
 namespace {

@@ -14,7 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/image_encoders.h"
-#include "simulation/capsule.h"
+#include "figure/capsule.h"
 #include "simulation/random.h"
 #include "simulation/renderer.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "services/animation/net_samples.h"
+#include "services/work/animation/net_samples.h"
 
 int main(int argc, char** argv) {
   weft::NetSampleRequest request;

@@ -19,12 +19,12 @@
 #include "alignment/untangle/self_intersection.h"
 #include "base/median.h"
 #include "evaluation/truth_score.h"
-#include "services/files/board_file.h"
-#include "services/files/frame_folders.h"
-#include "services/files/mesh_file.h"
-#include "services/files/observations_file.h"
-#include "services/files/template_file.h"
-#include "services/synthetic/truth_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/frame_folders.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/observations_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/synthetic/truth_file.h"
 
 namespace weft {
 namespace {

@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "base/stopwatch.h"
-#include "services/recording/disk_speed.h"
-#include "services/recording/recorder.h"
+#include "services/studio/recording/disk_speed.h"
+#include "services/studio/recording/recorder.h"
 #include "tests/capture/pattern_frames.h"
 
 namespace weft {

@@ -17,9 +17,9 @@
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
 #include "base/random.h"
-#include "services/calibration/refine_rig.h"
-#include "services/files/observations_file.h"
-#include "services/files/rig_file.h"
+#include "services/formats/files/observations_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/studio/calibration/refine_rig.h"
 #include "simulation/observation_model.h"
 #include "simulation/take_presets.h"
 

@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "services/files/json_file.h"
-#include "services/files/mesh_file.h"
-#include "services/report/html_report.h"
-#include "tests/services/report/sample_job.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/results/report/html_report.h"
+#include "tests/services/results/report/sample_job.h"
 
 namespace weft {
 namespace {

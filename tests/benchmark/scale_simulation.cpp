@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "services/plan/job_plan.h"
+#include "services/work/plan/job_plan.h"
 
 namespace {
 

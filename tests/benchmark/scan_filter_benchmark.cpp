@@ -7,7 +7,7 @@
 #include <map>
 
 #include "alignment/align.h"
-#include "services/pcd/pcl_filter.h"
+#include "services/formats/pcd/pcl_filter.h"
 #include "tests/benchmark/wrinkled_sheet.h"
 
 namespace weft {

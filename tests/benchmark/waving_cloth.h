@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "alignment/mesh_graph.h"
-#include "animation/sigma_calibration.h"
-#include "animation/sparse_view_avatar.h"
+#include "animation/avatar/sparse_view_avatar.h"
+#include "animation/sparse_view/sigma_calibration.h"
 #include "base/counter_random.h"
 #include "pattern/board/board_index.h"
-#include "services/animation/truth_views.h"
+#include "services/work/animation/truth_views.h"
 #include "simulation/cloth.h"
 #include "simulation/renderer.h"
 

@@ -1,14 +1,14 @@
 #include <algorithm>
 
-#include "animation/pixel_avatar.h"
+#include "animation/paper/pixel_avatar.h"
 #include "capture/file/checksum.h"
-#include "services/animation/avatar_file.h"
-#include "services/animation/driver_memory.h"
-#include "services/animation/net_sample.h"
-#include "services/files/little_endian.h"
+#include "services/formats/files/little_endian.h"
+#include "services/work/animation/avatar_file.h"
+#include "services/work/animation/driver_memory.h"
+#include "services/work/animation/net_sample.h"
 #include "tests/animation/shift_net.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tests/services/animation/small_avatar.h"
+#include "tests/services/work/animation/small_avatar.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "figure/retarget.h"
-#include "services/figure/bvh_file.h"
+#include "services/formats/figure/bvh_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 // What is read is put on our skeleton.

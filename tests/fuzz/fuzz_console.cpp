@@ -1,6 +1,6 @@
 // What browsers, or those who pretend to be some, send to the console.
-#include "services/console/json_messages.h"
-#include "services/console/request_target.h"
+#include "services/server/console/json_messages.h"
+#include "services/server/console/request_target.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

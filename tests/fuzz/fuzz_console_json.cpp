@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "services/console/json_messages.h"
-#include "services/files/json_file.h"
-#include "services/rpc/service_files.h"
+#include "services/formats/files/json_file.h"
+#include "services/server/console/json_messages.h"
+#include "services/server/rpc/service_files.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

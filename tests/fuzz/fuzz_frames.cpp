@@ -1,5 +1,5 @@
-#include "services/synthetic/dataset_file.h"
-#include "services/synthetic/frames_file.h"
+#include "services/formats/synthetic/dataset_file.h"
+#include "services/formats/synthetic/frames_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 // A data set's record, or a head and as much of a frame as there is.

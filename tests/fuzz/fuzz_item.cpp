@@ -1,8 +1,8 @@
 // Uploads by kind: a line with the kind, then the files (many_files.h), as the library checks them.
 #include "capture/image/image_file.h"
-#include "services/files/board_file.h"
-#include "services/files/template_file.h"
-#include "services/library/check_item.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/work/items/check_item.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/many_files.h"
 

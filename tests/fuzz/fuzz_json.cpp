@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "services/files/json_file.h"
-#include "services/files/rig_file.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/rig_file.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "weft/v1/board.pb.h"
 #include "weft/v1/template.pb.h"

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "services/files/json_file.h"
-#include "services/library/item_words.h"
-#include "services/library/library.h"
-#include "services/library/manifest.h"
-#include "services/library/sha256.h"
-#include "services/library/uploads.h"
+#include "services/formats/files/json_file.h"
+#include "services/server/library/library.h"
+#include "services/server/library/uploads.h"
+#include "services/work/items/item_words.h"
+#include "services/work/items/manifest.h"
+#include "services/work/items/sha256.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "capture/sync/ledger.h"
-#include "services/executor/child_process.h"
-#include "services/worker/worker_event.h"
+#include "services/work/executor/child_process.h"
+#include "services/work/worker/worker_event.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

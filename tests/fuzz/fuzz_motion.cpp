@@ -1,6 +1,6 @@
 #include "figure/motion_generator.h"
-#include "services/figure/body_file.h"
-#include "services/figure/motion_file.h"
+#include "services/formats/figure/body_file.h"
+#include "services/formats/figure/motion_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

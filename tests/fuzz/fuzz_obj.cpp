@@ -1,5 +1,5 @@
 // Wavefront OBJ: what is read is a mesh, whatever else the file says.
-#include "services/files/obj_file.h"
+#include "services/formats/files/obj_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

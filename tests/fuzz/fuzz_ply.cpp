@@ -1,9 +1,9 @@
 #include <cmath>
 
-#include "services/files/mesh_file.h"
-#include "services/files/ply.h"
-#include "services/files/ply_points.h"
-#include "services/pcd/scan_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/ply.h"
+#include "services/formats/files/ply_points.h"
+#include "services/formats/pcd/scan_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

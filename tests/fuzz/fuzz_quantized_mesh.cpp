@@ -1,6 +1,6 @@
 // A job's mesh.ply, as pages get it.
-#include "services/console/quantized_mesh.h"
-#include "services/files/ply.h"
+#include "services/formats/files/ply.h"
+#include "services/server/console/quantized_mesh.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

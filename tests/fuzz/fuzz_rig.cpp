@@ -3,7 +3,7 @@
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
 #include "capture/rig/opencv_yaml.h"
-#include "services/files/text_file.h"
+#include "services/formats/files/text_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

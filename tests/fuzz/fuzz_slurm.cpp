@@ -1,6 +1,6 @@
 // What Slurm's programs print. Whatever they say, every job that is accepted has an id and a state, or a
 // fault.
-#include "services/slurm/slurm_state.h"
+#include "services/work/slurm/slurm_state.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

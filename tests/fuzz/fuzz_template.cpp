@@ -1,8 +1,8 @@
 // The folder of a template: template.json, mesh.ply, cells.txt and corners.txt in one input (many_files.h).
 #include <regex>
 
-#include "services/files/garment_parts_file.h"
-#include "services/files/template_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/files/template_file.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/many_files.h"
 

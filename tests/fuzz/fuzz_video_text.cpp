@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "services/video/damage.h"
-#include "services/video/ltc.h"
-#include "services/video/presentation.h"
-#include "services/video/timecode.h"
-#include "services/video/timecode_track.h"
-#include "services/video/video_facts.h"
+#include "services/studio/video/damage.h"
+#include "services/studio/video/ltc.h"
+#include "services/studio/video/presentation.h"
+#include "services/studio/video/timecode.h"
+#include "services/studio/video/timecode_track.h"
+#include "services/studio/video/video_facts.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

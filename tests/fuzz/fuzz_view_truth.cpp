@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "services/synthetic/truth_file.h"
+#include "services/formats/synthetic/truth_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

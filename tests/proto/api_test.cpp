@@ -16,8 +16,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
-#include "services/files/atomic_file.h"
-#include "services/rpc/service_files.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/server/rpc/service_files.h"
 #include "weft/v1/access.pb.h"
 
 namespace weft {

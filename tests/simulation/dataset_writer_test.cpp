@@ -1,11 +1,11 @@
-#include "services/synthetic/dataset_writer.h"
+#include "services/formats/synthetic/dataset_writer.h"
 
 #include <gtest/gtest.h>
 
-#include "services/synthetic/cloth_writer.h"
-#include "services/synthetic/dataset_file.h"
-#include "services/synthetic/frames_file.h"
-#include "services/synthetic/take_folder.h"
+#include "services/formats/synthetic/cloth_writer.h"
+#include "services/formats/synthetic/dataset_file.h"
+#include "services/formats/synthetic/frames_file.h"
+#include "services/formats/synthetic/take_folder.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {

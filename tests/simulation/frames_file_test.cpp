@@ -1,11 +1,11 @@
-#include "services/synthetic/frames_file.h"
+#include "services/formats/synthetic/frames_file.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "figure/motion_generator.h"
-#include "services/synthetic/cloth_writer.h"
+#include "services/formats/synthetic/cloth_writer.h"
 #include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "services/synthetic/take_writer.h"
+#include "services/formats/synthetic/take_writer.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -9,11 +9,11 @@
 
 #include "capture/image/image_file.h"
 #include "capture/take/image_folder_dump.h"
-#include "services/files/board_file.h"
-#include "services/files/mesh_file.h"
-#include "services/files/rig_file.h"
-#include "services/files/template_file.h"
-#include "services/synthetic/truth_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/synthetic/truth_file.h"
 #include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 

@@ -4,7 +4,7 @@
 Usage: check_structure.py ROOT RULE
 
 RULE is one of
-  includes  a folder includes only what docs/architecture.md lets it include, a room only earlier ones
+  includes  a folder includes only what its README lets it include, a room only earlier ones
   headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
   first     a source file includes its own header first, which shows that the header compiles alone
   names     a type has one definition: two of one name would be merged silently by the linker
@@ -14,40 +14,12 @@ RULE is one of
   links     links between the Markdown files lead somewhere
 """
 
+import functools
 import os
 import re
 import sys
 
-# Each folder may include itself and those before it; simulation, evaluation and services are no part of the flow.
-FLOW = ["base", "simd", "capture", "pattern", "triangulation", "alignment", "figure", "nets", "animation"]
-MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
-MAY_INCLUDE["nets"] = {"nets"}
-MAY_INCLUDE["learning"] = {"learning"}  # nobody else includes it
-MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
-MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}
-MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "weft"}  # weft/v1: generated code
-
-# Rooms within a folder, in the order of the flow; a room uses itself and earlier ones. Files outside of rooms may use all.
-ROOMS = {
-    "capture": ["file", "image", "rig", "camera", "sync", "take"],
-    "pattern": ["board", "image", "fit", "seeds", "surface"],
-    # As in services/CMakeLists.txt and services/README.md.
-    "services": ["process", "verdict", "files", "confinement", "rpc", "callers", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
-                 "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "reading", "worker",
-                 "executor", "plan", "slurm", "notice", "retention", "daemon", "client", "installation", "cli"],
-}
-# Below the rooms of their folder: what a node of the board is.
-GROUND = {"pattern/observation.h"}
-
-# Folders of services/ that use no other one, or only those named.
-SERVICES_MAY_INCLUDE = {
-    "process": {"process"},
-    "rpc": {"rpc", "files"},
-    "callers": {"callers", "rpc"},
-    "files": {"files"},
-}
-# The daemon and the worker are programs of their own: neither links the command line nor a client.
-SERVICES_MAY_NOT_INCLUDE = {"daemon": {"cli", "client"}, "worker": {"cli", "client", "daemon"}, "client": {"cli", "daemon"}}
+NO_STAGES = ["clients", "tests"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 ANY_INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
@@ -74,49 +46,78 @@ def text(root, path):
         return file.read()
 
 
+def stages(root):
+    """The top folders of the source tree: those whose README says what they may include."""
+    return [name for name in sorted(os.listdir(root)) if rules_of(root, name).may_include is not None]
+
+
 def stage_files(root, endings):
-    for path in files(root, endings):
-        folder = path.split(os.sep)[0]
-        if folder in MAY_INCLUDE:
-            yield folder, path
+    for stage in stages(root):
+        for path in files(os.path.join(root, stage), endings):
+            yield stage, os.path.join(stage, path)
 
 
-def room(path):
-    """Position of a file's room in its folder; ground files come first, those of no room last. None: no rooms here."""
-    parts = path.replace(os.sep, "/").split("/")
-    rooms = ROOMS.get(parts[0])
-    if rooms is None:
-        return None
-    if "/".join(parts) in GROUND:
-        return -1
-    return rooms.index(parts[1]) if parts[1] in rooms else len(rooms)
+class Rules:
+    """What the README of a folder says of includes, in two sentences: `May include` with paths, and `Order:` with its rooms,
+    folders or files of which each uses itself and earlier ones. Generated code is `proto`. Within services/, the first is
+    about services/ alone."""
+
+    MAY_INCLUDE = re.compile(r"^May include (nothing of Weft|(?:`[^`]+`(?:,|\s|and)*)+)\.", re.MULTILINE)
+    ORDER = re.compile(r"^Order: ((?:`[^`]+`(?:,|\s|and)*)+)\.", re.MULTILINE)
+
+    def __init__(self, readme):
+        may_include, order = self.MAY_INCLUDE.search(readme), self.ORDER.search(readme)
+        self.may_include = re.findall("`([^`]+?)/?`", may_include.group(1)) if may_include else None
+        self.order = re.findall("`([^`]+?)/?`", order.group(1)) if order else []
+
+    def room(self, path):
+        """Position of a path within the folder; what is in no room may use all."""
+        places = [i for i, room in enumerate(self.order) if is_below(path, room)]
+        return places[0] if places else len(self.order)
 
 
-def services_break(path, include):
-    """Whether a file of services/ includes a folder of services/ that it may not."""
-    ours, theirs = path.replace(os.sep, "/").split("/")[1], include.split("/")[1]
-    if ours in SERVICES_MAY_INCLUDE:
-        return theirs not in SERVICES_MAY_INCLUDE[ours]
-    return theirs in SERVICES_MAY_NOT_INCLUDE.get(ours, set())
+def is_below(path, folder):
+    return path == folder or path.startswith(folder + "/")
+
+
+@functools.lru_cache(maxsize=None)
+def rules_of(root, folder):
+    readme = os.path.join(root, folder, "README.md")
+    return Rules(text(root, os.path.join(folder, "README.md")) if os.path.isfile(readme) else "")
 
 
 def check_includes(root):
-    for folder, path in stage_files(root, (".h", ".cpp")):
+    tops = stages(root)
+    for folder in sorted({path.split(os.sep)[0] for path in files(root, (".h", ".cpp")) if os.sep in path}):
+        if folder not in tops + NO_STAGES:
+            yield f"{folder}/README.md: says not what its sources may include; write \"May include `base`.\" or the like"
+    for stage, path in stage_files(root, (".h", ".cpp")):
+        path = path.replace(os.sep, "/")
+        folders = ["/".join(path.split("/")[: i + 1]) for i in range(path.count("/"))]
         for include in INCLUDE.findall(text(root, path)):
-            target = include.split("/")[0]
+            target = "proto" + include[len("weft"):] if include.startswith("weft/") else include
             if "/" not in include:
                 yield f'{path}: include "{include}" by its path from the root'
-            elif (target in MAY_INCLUDE or target == "weft") and target not in MAY_INCLUDE[folder]:
-                yield f'{path}: {folder}/ may not include "{include}"'
-            elif target == folder and folder in ROOMS and room(include) > room(path):
-                yield f'{path}: {os.path.dirname(path)}/ may not include "{include}", which is a later step'
-            elif target == folder == "services" and services_break(path, include):
-                yield f'{path}: {os.path.dirname(path)}/ may not include "{include}"'
+            elif target.split("/")[0] in tops + ["proto"]:
+                yield from (f'{path}: {folder}/ may not include "{include}"{why}'
+                            for folder in folders for why in broken_rules(root, folder, path, target))
+
+
+def broken_rules(root, folder, path, target):
+    rules = rules_of(root, folder)
+    if is_below(target, folder):
+        ours, theirs = (rules.room(of[len(folder) + 1 :]) for of in (path, target))
+        if theirs > ours:
+            yield ", which comes later in the order of its README"
+        return
+    is_about = "/" not in folder or is_below(target, folder.split("/")[0])
+    if rules.may_include is not None and is_about and not any(is_below(target, allowed) for allowed in rules.may_include):
+        yield "; its README says what it may"
 
 
 def check_headers(root):
     for folder, path in stage_files(root, (".h",)):
-        if folder in ("services", "learning"):
+        if folder in ("services", "learning"):  # the programs
             continue
         for include in HEAVY.findall(text(root, path)):
             yield f"{path}: includes {include}; keep it in the .cpp"
@@ -203,7 +204,7 @@ def library(path):
     if parts[0] in ("pattern", "simd") or (parts[0] == "tests" and parts[1] in ("benchmark", "fuzz", "system")):
         return ""
     at = 1 if parts[0] == "tests" else 0
-    depth = 2 if parts[at] == "services" or parts[at + 1] in ("calibration", "gige_emulator") else 1
+    depth = 3 if parts[at] == "services" else 2 if parts[at + 1] in ("calibration", "gige_emulator") else 1
     return "/".join(parts[: at + depth])
 
 
@@ -213,9 +214,10 @@ OF_GOOGLETEST = re.compile(r"(TYPED_)?TEST(_[FP]|_SUITE)?$|INSTANTIATE_|MATCHER|
 
 def check_unnamed(root):
     defined = {}
+    tops = stages(root)
     for path in files(root, (".cpp",)):
         folder = path.split(os.sep)[0]
-        if (folder not in MAY_INCLUDE and folder != "tests") or not library(path):
+        if folder not in tops + ["tests"] or not library(path):
             continue
         for name in sorted(unnamed_names(text(root, path))):
             other = defined.setdefault((library(path), name), path)

@@ -87,7 +87,7 @@ def complaint(committed, measured):
         raised = raised or was["version"] != now["version"]
         if was["hash"] != now["hash"] and not raised:
             return (f"the results of {stage} changed, and its version is still {now['version']}. If that is wanted, raise the "
-                    f"version of {stage} in services/pipeline/algorithm_versions.h, so that resumed jobs do not mix results; "
+                    f"version of {stage} in services/work/pipeline/algorithm_versions.h, so that resumed jobs do not mix results; "
                     f"{how}.")
     if raised:
         return f"a version was raised, and the hashes are still those of the one before: {how}."

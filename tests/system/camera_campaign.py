@@ -1,4 +1,4 @@
-"""Rigs with a fault must be named, right ones must not: the campaign behind the limits of services/verdict/camera_checks.h.
+"""Rigs with a fault must be named, right ones must not: the campaign behind the limits of services/formats/verdict/camera_checks.h.
 
    WEFT_BIN=build/dev/bin python3 tests/system/camera_campaign.py --work FOLDER [--exchanges N] [--takes N] [--table]
    WEFT_BIN=... python3 tests/system/camera_campaign.py --work FOLDER --take DUMP --rig R --board B --template T

@@ -24,8 +24,8 @@
 #include "absl/strings/str_join.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
-#include "services/client/channel.h"
-#include "services/client/daemon_call.h"
+#include "services/tools/client/channel.h"
+#include "services/tools/client/daemon_call.h"
 #include "tests/system/unary_calls.h"
 
 namespace weft {

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "services/access/access_control.h"
-#include "services/access/access_list.h"
-#include "services/client/channel.h"
-#include "services/files/atomic_file.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/server/access/access_control.h"
+#include "services/server/access/access_list.h"
+#include "services/tools/client/channel.h"
 #include "weft/v1/jobs.grpc.pb.h"
 
 namespace weft {

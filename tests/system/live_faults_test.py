@@ -82,7 +82,7 @@ class LiveFaults(LiveTest):
         self.assertGreaterEqual(count, (began_s + seconds - self.written_s("recorded")[-1]) * FPS - 1)
         self.assertLessEqual(count, (ended_s - exposed_s) * FPS)
         # Far more than a machine with other things to do needs. What a recorder waits for is told by the requests above,
-        # and whether it takes leave of all cameras at the same time by tests/services/recording/live_recording_test.cpp.
+        # and whether it takes leave of all cameras at the same time by tests/services/studio/recording/live_recording_test.cpp.
         self.assertLess(over_s - began_s - seconds, 60)
         text = weft("take", "info", self.take, check=0).stdout
         self.assertRegex(text, r"^bad: \d+ of \d+ frame sets have all cameras; no camera delivered a frame at \d+ triggers")

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-#include "tests/services/access/certificate_maker.h"
+#include "tests/services/server/access/certificate_maker.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "services/client/channel.h"
+#include "services/tools/client/channel.h"
 #include "weft/v1/jobs.grpc.pb.h"
 
 namespace weft {

@@ -20,9 +20,9 @@
 #include <thread>
 
 #include "capture/take/recorded_take.h"
-#include "services/recording/recorder.h"
-#include "services/recording/take_file.h"
-#include "services/recording/take_recovery.h"
+#include "services/studio/recording/recorder.h"
+#include "services/studio/recording/take_file.h"
+#include "services/studio/recording/take_recovery.h"
 #include "tests/capture/pattern_frames.h"
 
 namespace {

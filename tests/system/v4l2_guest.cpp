@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "capture/camera/v4l2_camera.h"
-#include "services/recording/session_file.h"
-#include "services/recording/take_file.h"
+#include "services/studio/recording/session_file.h"
+#include "services/studio/recording/take_file.h"
 
 namespace weft {
 namespace {

@@ -84,7 +84,7 @@ class Colors(unittest.TestCase):
     """One table for the reports, the console and Blender."""
 
     def test_states_have_the_colours_of_the_reports(self):
-        text = source("services", "report", "mesh_colors.cpp")
+        text = source("services", "results", "report", "mesh_colors.cpp")
         body = text[text.index("StateColor("):]
         rows = re.findall(r"return \{(.*?)\};", body)[:5]
         found = [tuple(float(value) for value in re.findall(r"([\d.]+)f", row)) for row in rows]

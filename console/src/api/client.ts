@@ -73,7 +73,7 @@ export class Client {
     return response.arrayBuffer();
   }
 
-  /** The mesh of a job's frame, as services/console/quantized_mesh.h says; without faces unless they are asked for. */
+  /** The mesh of a job's frame, as services/server/console/quantized_mesh.h says; without faces unless they are asked for. */
   async mesh(jobId: string, frame: string, withFaces: boolean, signal?: AbortSignal): Promise<ArrayBuffer> {
     const response = await send(`mesh/${[jobId, frame].map(encodeURIComponent).join("/")}${withFaces ? "?faces=1" : ""}`, { signal });
     if (!response.ok) throw await errorIn(response);

@@ -17,7 +17,7 @@ const LONGEST_PAUSE_MS = 8_000;
 const RETRY_MS = 2_000;
 
 /**
- * The page's one connection for all that it watches (services/console/live_socket.h). It connects again by itself and
+ * The page's one connection for all that it watches (services/server/console/live_socket.h). It connects again by itself and
  * then asks again for every stream that had not ended. Times are in ms.
  */
 export class LiveSocket {

@@ -4,7 +4,7 @@ export type Coloring = (typeof COLORINGS)[number];
 
 type Rgb = [number, number, number];
 
-/** By VertexState; those of the reports (services/report/mesh_colors.h), which the colour-blind tell apart. */
+/** By VertexState; those of the reports (services/results/report/mesh_colors.h), which the colour-blind tell apart. */
 export const STATE_COLORS: Rgb[] = [
   [230, 158, 0],
   [87, 181, 232],

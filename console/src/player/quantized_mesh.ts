@@ -1,6 +1,6 @@
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
 
-/** A mesh as the daemon sends it (services/console/quantized_mesh.h), its vertices and faces still encoded. */
+/** A mesh as the daemon sends it (services/server/console/quantized_mesh.h), its vertices and faces still encoded. */
 export interface EncodedMesh {
   vertices: number;
   faces: number;

@@ -1,4 +1,4 @@
-// Decodes meshes as the console's 3D view does (services/console/quantized_mesh.h) and prints {"ms": of one}.
+// Decodes meshes as the console's 3D view does (services/server/console/quantized_mesh.h) and prints {"ms": of one}.
 //
 // Usage: WEFT_NODE_MODULES=DIR/node_modules node decode_meshes.mjs FILE...
 import { readFileSync } from 'node:fs'

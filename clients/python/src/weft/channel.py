@@ -1,4 +1,4 @@
-"""Channels to a daemon, by the rules of the C++ client (services/client/channel.h)."""
+"""Channels to a daemon, by the rules of the C++ client (services/tools/client/channel.h)."""
 
 from __future__ import annotations
 

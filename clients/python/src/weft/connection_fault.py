@@ -1,4 +1,4 @@
-"""Why a daemon cannot be spoken with, in the words of the C++ client (services/client/connection_fault.h)."""
+"""Why a daemon cannot be spoken with, in the words of the C++ client (services/tools/client/connection_fault.h)."""
 
 from __future__ import annotations
 

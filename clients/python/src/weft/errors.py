@@ -112,7 +112,7 @@ _CATEGORIES: dict[grpc.StatusCode, type[WeftError]] = {
     grpc.StatusCode.UNAUTHENTICATED: Unauthenticated,
 }
 _RETRY_AFTER = ("retry-after-ms", "grpc-retry-pushback-ms")
-# How a daemon on gRPC 1.51 says it, which sends no metadata with what it refuses early (services/rpc/retry_after.h).
+# How a daemon on gRPC 1.51 says it, which sends no metadata with what it refuses early (services/server/rpc/retry_after.h).
 _RETRY_WORDS = re.compile(r"; retry after ([0-9]{1,12}) ms$")
 _STATUS_DETAILS = "grpc-status-details-bin"
 

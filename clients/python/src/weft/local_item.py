@@ -1,4 +1,4 @@
-"""The files on this machine that make an item of the library, as the C++ client chooses them (services/library)."""
+"""The files on this machine that make an item of the library, as the C++ client chooses them (services/server/library)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,359 @@
+#include "animation/atlas/atlas.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/mesh_graph.h"
+#include "alignment/template_build/chart_packing.h"
+
+namespace weft {
+namespace {
+
+// Vertices without a node that a seam is at most wide.
+constexpr int kWidestSeam = 3;
+// A partner on the same panel is at least this many cells away on the board.
+constexpr double kOtherSideCells = 3.5;
+// Texels around a border that say which way the panel lies.
+constexpr double kInwardTexels = 2.5;
+
+// Which panel each vertex is of: those that neighbour each other on the board and in the mesh. -1: no node.
+std::vector<int> PanelsOf(const Template& garment, const MeshGraph& graph, int* panels) {
+  std::vector<int> parent(graph.vertices);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  const std::vector<VertexNode>& nodes = garment.node_of_vertex;
+  for (const MeshEdge& edge : graph.edges) {
+    if (nodes[edge.a].row < 0 || nodes[edge.b].row < 0) continue;
+    const Eigen::Vector2d way = nodes[edge.a].PlaceInCells() - nodes[edge.b].PlaceInCells();
+    if (way.cwiseAbs().maxCoeff() > 1.01) continue;
+    const int a = root(edge.a), b = root(edge.b);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<int> out(graph.vertices, -1), number(graph.vertices, -1);
+  *panels = 0;
+  for (int v = 0; v < graph.vertices; ++v) {
+    if (nodes[v].row < 0) continue;
+    int& n = number[root(v)];
+    if (n < 0) n = (*panels)++;
+    out[v] = n;
+  }
+  return out;
+}
+
+// A place within a box of texels after quarter turns clockwise; centres of texels have whole coordinates.
+Eigen::Vector2d Turned(const Eigen::Vector2d& col_row, const TemplatePanel& panel) {
+  const double rows = panel.last_row, cols = panel.last_col, col = col_row.x(), row = col_row.y();
+  switch (panel.quarter_turns) {
+    case 1:
+      return {rows - row, col};
+    case 2:
+      return {cols - col, rows - row};
+    case 3:
+      return {row, cols - col};
+    default:
+      return col_row;
+  }
+}
+
+// Weights of the vertices around another that give it what is linear in space, as well as they can; of those
+// the smallest, in which near vertices may be larger.
+std::vector<double> LinearWeights(const std::vector<Eigen::Vector3d>& at_mm, int v,
+                                  const std::vector<int>& around) {
+  constexpr double kSoft = 1e-6;
+  Eigen::Matrix4d normal = kSoft * Eigen::Matrix4d::Identity();
+  std::vector<Eigen::Vector4d> columns;
+  double scale = 1e-9;
+  for (const int other : around) scale = std::max(scale, (at_mm[other] - at_mm[v]).norm());
+  for (const int other : around) {
+    const Eigen::Vector3d way = (at_mm[other] - at_mm[v]) / scale;
+    Eigen::Vector4d column;
+    column << way, 1;
+    columns.push_back(column / std::max(way.norm(), 1e-3));
+    normal += columns.back() * columns.back().transpose();
+  }
+  const Eigen::Vector4d dual = normal.ldlt().solve(Eigen::Vector4d(0, 0, 0, 1));
+  std::vector<double> out;
+  double sum = 0;
+  for (size_t k = 0; k < around.size(); ++k) {
+    const double distance = (at_mm[around[k]] - at_mm[v]).norm() / scale;
+    out.push_back(columns[k].dot(dual) / std::max(distance, 1e-3));
+    sum += out.back();
+  }
+  for (double& w : out) w /= sum;
+  return out;
+}
+
+int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+}  // namespace
+
+absl::Status AtlasOptions::Validate() const {
+  if (level < 0 || level > 6) return absl::InvalidArgumentError("atlas: level must be 0 to 6");
+  if (gutter < 0 || gutter > 16) return absl::InvalidArgumentError("atlas: gutter must be 0 to 16");
+  if (multiple < 1 || multiple > 256) return absl::InvalidArgumentError("atlas: multiple must be 1 to 256");
+  return absl::OkStatus();
+}
+
+// Where vertices lie in the image: centres of texels have whole coordinates.
+struct Atlas::Layout {
+  MeshGraph graph;
+  std::vector<int> panel_of_vertex;    // -1: none
+  std::vector<Eigen::Vector2d> place;  // column and row
+  std::vector<int> panel_of_texel;     // -1: none
+  std::vector<std::vector<int>> vertices_of_texel;
+};
+
+absl::StatusOr<Atlas> Atlas::Build(const Template& garment, const AtlasOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  Atlas out;
+  Layout layout;
+  layout.graph = BuildMeshGraph(garment.rest);
+  layout.panel_of_vertex = PanelsOf(garment, layout.graph, &out.panels_);
+  const int vertices = layout.graph.vertices;
+  const double texel_cells = 1 << options.level;
+  // From the panel's first row and column, in texels; then packed as if texels were cells.
+  std::vector<Eigen::Vector2d> first(out.panels_, {1e9, 1e9});
+  for (int v = 0; v < vertices; ++v)
+    if (const int p = layout.panel_of_vertex[v]; p >= 0) {
+      const Eigen::Vector2d place = garment.node_of_vertex[v].PlaceInCells();
+      first[p] = first[p].cwiseMin(Eigen::Vector2d(std::floor(place.x()), std::floor(place.y())));
+    }
+  layout.place.assign(vertices, Eigen::Vector2d::Zero());
+  GarmentParts parts;
+  parts.panels.resize(out.panels_);
+  std::map<std::pair<int, std::pair<int, int>>, int> texels;  // panel, row, column
+  for (int v = 0; v < vertices; ++v) {
+    const int p = layout.panel_of_vertex[v];
+    if (p < 0) continue;
+    const Eigen::Vector2d place = (garment.node_of_vertex[v].PlaceInCells() - first[p]) / texel_cells;
+    const int row = static_cast<int>(place.y()), col = static_cast<int>(place.x());
+    texels[{p, {row, col}}] = 0;
+    parts.panels[p].last_row = std::max(parts.panels[p].last_row, row);
+    parts.panels[p].last_col = std::max(parts.panels[p].last_col, col);
+    layout.place[v] = place - Eigen::Vector2d(0.5, 0.5);
+  }
+  PanelSheet sheet;
+  sheet.panels = out.panels_;
+  for (const auto& [key, unused] : texels) {
+    sheet.panel_of_vertex.push_back(key.first);
+    sheet.cell_of_vertex.push_back({key.second.first, key.second.second, NodeKind::kCenter});
+  }
+  PackCharts(sheet, 1, 2 * options.gutter, &parts);
+  // The square that they were packed into ends where they end.
+  for (const TemplatePanel& panel : parts.panels) {
+    const bool upright = panel.quarter_turns % 2 == 0;
+    const int rows = 1 + (upright ? panel.last_row : panel.last_col);
+    const int cols = 1 + (upright ? panel.last_col : panel.last_row);
+    out.width_ = std::max(out.width_, RoundUp(panel.texture_col + cols + options.gutter, options.multiple));
+    out.height_ = std::max(out.height_, RoundUp(panel.texture_row + rows + options.gutter, options.multiple));
+  }
+  out.kinds_.assign(static_cast<size_t>(out.width_) * static_cast<size_t>(out.height_), TexelKind::kEmpty);
+  layout.panel_of_texel.assign(out.kinds_.size(), -1);
+  layout.vertices_of_texel.resize(out.kinds_.size());
+  out.texel_of_vertex_.assign(vertices, -1);
+  for (int v = 0; v < vertices; ++v) {
+    const int p = layout.panel_of_vertex[v];
+    if (p < 0) continue;
+    // Of a corner on a texel's border, the texel after it.
+    const TemplatePanel& panel = parts.panels[p];
+    const Eigen::Vector2d box(panel.texture_col, panel.texture_row);
+    const Eigen::Vector2d whole =
+        layout.place[v].array().unaryExpr([](double x) { return std::floor(x + 0.5); });
+    const Eigen::Vector2d texel = box + Turned(whole, panel);
+    layout.place[v] = box + Turned(layout.place[v], panel);
+    const int at = static_cast<int>(texel.y()) * out.width_ + static_cast<int>(texel.x());
+    out.texel_of_vertex_[v] = at;
+    out.kinds_[at] = TexelKind::kPanel;
+    layout.panel_of_texel[at] = p;
+    layout.vertices_of_texel[at].push_back(v);
+  }
+  out.FindGutter(garment, layout, options);
+  out.FindSources(garment, layout);
+  return out;
+}
+
+void Atlas::FindSources(const Template& garment, const Layout& layout) {
+  const MeshGraph& graph = layout.graph;
+  of_vertex_.resize(graph.vertices);
+  std::vector<int> ring;
+  for (int v = 0; v < graph.vertices; ++v) {
+    const int p = layout.panel_of_vertex[v];
+    if (p < 0) continue;
+    const Eigen::Vector2d& at = layout.place[v];
+    const int col = static_cast<int>(std::floor(at.x() + 1e-9)),
+              row = static_cast<int>(std::floor(at.y() + 1e-9));
+    float sum = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+      const int c = col + corner % 2, r = row + corner / 2;
+      const auto weight = static_cast<float>((1 - std::abs(at.x() - c)) * (1 - std::abs(at.y() - r)));
+      if (c < 0 || r < 0 || c >= width_ || r >= height_ || weight < 1e-6f) continue;
+      const int texel = r * width_ + c;
+      if (layout.panel_of_texel[texel] != p && kinds_[texel] != TexelKind::kSeam) continue;
+      of_vertex_[v].push_back({texel, weight});
+      sum += weight;
+    }
+    for (Weighted& w : of_vertex_[v]) w.weight /= sum;
+    ring.push_back(v);
+  }
+  // Vertices without a node, from those beside nodes on.
+  while (!ring.empty()) {
+    std::map<int, std::vector<int>> next;  // vertex, those around it that are known
+    for (const int v : ring)
+      for (int i = graph.first[v]; i < graph.first[v + 1]; ++i)
+        if (const int other = graph.neighbor[i]; of_vertex_[other].empty()) next[other].push_back(v);
+    ring.clear();
+    for (const auto& [v, around] : next) {
+      const std::vector<double> weights = LinearWeights(garment.rest.vertices_mm, v, around);
+      std::map<int, double> texels;
+      for (size_t k = 0; k < around.size(); ++k)
+        for (const Weighted& w : of_vertex_[around[k]]) texels[w.texel] += weights[k] * w.weight;
+      for (const auto& [texel, weight] : texels) of_vertex_[v].push_back({texel, static_cast<float>(weight)});
+      ring.push_back(v);
+    }
+  }
+}
+
+void Atlas::FindGutter(const Template& garment, const Layout& layout, const AtlasOptions& options) {
+  const MeshGraph& graph = layout.graph;
+  // The vertex beyond the seam at a vertex: the nearest node that is reached without crossing the panel.
+  const auto beyond = [&](int v) {
+    std::vector<int> ring = {v}, visited = {v};
+    int best = -1;
+    double best_mm = std::numeric_limits<double>::infinity();
+    for (int step = 0; step <= kWidestSeam && best < 0; ++step) {
+      std::vector<int> next;
+      for (const int at : ring)
+        for (int i = graph.first[at]; i < graph.first[at + 1]; ++i) {
+          const int other = graph.neighbor[i];
+          if (std::find(visited.begin(), visited.end(), other) != visited.end()) continue;
+          if (layout.panel_of_vertex[other] < 0) {
+            visited.push_back(other), next.push_back(other);
+            continue;
+          }
+          const double cells =
+              (garment.node_of_vertex[other].PlaceInCells() - garment.node_of_vertex[v].PlaceInCells())
+                  .norm();
+          if (layout.panel_of_vertex[other] == layout.panel_of_vertex[v] && cells < kOtherSideCells) continue;
+          const double mm = (garment.rest.vertices_mm[other] - garment.rest.vertices_mm[v]).norm();
+          if (mm < best_mm) best = other, best_mm = mm;
+        }
+      ring = std::move(next);
+    }
+    return best;
+  };
+  const auto texel_at = [&](int col, int row) {
+    return col < 0 || row < 0 || col >= width_ || row >= height_ ? -1 : row * width_ + col;
+  };
+  const auto place_of = [&](int texel) { return Eigen::Vector2d(texel % width_, texel / width_); };
+  // The texel beyond the seam at a panel's texel, and the way from it into its panel.
+  struct Partner {
+    int texel = -1;
+    Eigen::Vector2d inward = Eigen::Vector2d::Zero();
+  };
+  const auto partner_of = [&](int texel) {
+    Partner out;
+    for (const int v : layout.vertices_of_texel[texel]) {
+      const int other = beyond(v);
+      if (other < 0) continue;
+      out.texel = texel_of_vertex_[other];
+      break;
+    }
+    if (out.texel < 0) return out;
+    const Eigen::Vector2d at = place_of(out.texel);
+    const int reach = static_cast<int>(kInwardTexels);
+    for (int dr = -reach; dr <= reach; ++dr)
+      for (int dc = -reach; dc <= reach; ++dc) {
+        const int t = texel_at(out.texel % width_ + dc, out.texel / width_ + dr);
+        if (t < 0 || layout.panel_of_texel[t] != layout.panel_of_texel[out.texel]) continue;
+        if (std::hypot(dr, dc) <= kInwardTexels) out.inward += place_of(t) - at;
+      }
+    if (out.inward.norm() > 1e-9) out.inward.normalize();
+    return out;
+  };
+  std::map<int, Partner> partners;
+  for (int texel = 0; texel < static_cast<int>(kinds_.size()); ++texel) {
+    if (layout.panel_of_texel[texel] >= 0) continue;
+    int nearest = -1;
+    double distance = options.gutter + 0.5;
+    for (int dr = -options.gutter; dr <= options.gutter; ++dr)
+      for (int dc = -options.gutter; dc <= options.gutter; ++dc) {
+        const int t = texel_at(texel % width_ + dc, texel / width_ + dr);
+        if (t < 0 || layout.panel_of_texel[t] < 0 || std::hypot(dr, dc) >= distance) continue;
+        nearest = t, distance = std::hypot(dr, dc);
+      }
+    if (nearest < 0) continue;
+    auto found = partners.find(nearest);
+    if (found == partners.end()) found = partners.emplace(nearest, partner_of(nearest)).first;
+    const Partner& partner = found->second;
+    if (partner.texel < 0) {
+      kinds_[texel] = TexelKind::kBorder;
+      gutter_.push_back({texel, {{nearest, 1.0f}}});
+      continue;
+    }
+    kinds_[texel] = TexelKind::kSeam;
+    const Eigen::Vector2d at = place_of(partner.texel) + (distance - 1) * partner.inward;
+    std::vector<Weighted> sources;
+    float sum = 0;
+    const int col = static_cast<int>(std::floor(at.x())), row = static_cast<int>(std::floor(at.y()));
+    for (int corner = 0; corner < 4; ++corner) {
+      const int t = texel_at(col + corner % 2, row + corner / 2);
+      if (t < 0 || layout.panel_of_texel[t] != layout.panel_of_texel[partner.texel]) continue;
+      const Eigen::Vector2d off = (place_of(t) - at).cwiseAbs();
+      const auto weight = static_cast<float>((1 - off.x()) * (1 - off.y()));
+      if (weight > 1e-6f) sources.push_back({t, weight}), sum += weight;
+    }
+    if (sources.empty()) sources = {{partner.texel, 1.0f}}, sum = 1;
+    for (Weighted& w : sources) w.weight /= sum;
+    gutter_.push_back({texel, std::move(sources)});
+  }
+}
+
+AtlasImage Atlas::Gather(std::span<const float> per_vertex, int channels) const {
+  AtlasImage out{channels, height_, width_, {}};
+  const size_t plane = out.PlaneSize();
+  out.values.assign(plane * static_cast<size_t>(channels), 0);
+  std::vector<int> count(plane, 0);
+  for (size_t v = 0; v < texel_of_vertex_.size(); ++v) {
+    const int texel = texel_of_vertex_[v];
+    if (texel < 0) continue;
+    ++count[texel];
+    for (int c = 0; c < channels; ++c) out.values[c * plane + texel] += per_vertex[v * channels + c];
+  }
+  for (int c = 0; c < channels; ++c)
+    for (size_t t = 0; t < plane; ++t)
+      if (count[t] > 1) out.values[c * plane + t] /= static_cast<float>(count[t]);
+  FillGutter(&out);
+  return out;
+}
+
+void Atlas::FillGutter(AtlasImage* image) const {
+  const size_t plane = image->PlaneSize();
+  for (int c = 0; c < image->channels; ++c) {
+    float* values = &image->values[c * plane];
+    for (const auto& [texel, sources] : gutter_) {
+      values[texel] = 0;
+      for (const Weighted& w : sources) values[texel] += w.weight * values[w.texel];
+    }
+  }
+}
+
+std::vector<float> Atlas::Scatter(AtlasImage image) const {
+  FillGutter(&image);
+  const size_t plane = image.PlaneSize(), channels = image.channels;
+  std::vector<float> out(of_vertex_.size() * channels, 0);
+  for (size_t v = 0; v < of_vertex_.size(); ++v)
+    for (const Weighted& w : of_vertex_[v])
+      for (size_t c = 0; c < channels; ++c)
+        out[v * channels + c] += w.weight * image.values[c * plane + w.texel];
+  return out;
+}
+
+}  // namespace weft

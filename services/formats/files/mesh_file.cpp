@@ -1,0 +1,214 @@
+#include "services/formats/files/mesh_file.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+std::vector<PlyProperty> PositionColumns(const std::vector<Eigen::Vector3d>& positions_mm, PlyType type) {
+  std::vector<PlyProperty> columns;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    values.reserve(positions_mm.size());
+    for (const Eigen::Vector3d& p : positions_mm) values.push_back(p[axis]);
+    columns.push_back(PlyColumn(std::string(1, static_cast<char>('x' + axis)), type, std::move(values)));
+  }
+  return columns;
+}
+
+// `texture` of as many faces, or empty.
+PlyElement FaceElement(const std::vector<Face>& faces, const MeshTexture& texture) {
+  PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
+  indices.is_list = true;
+  indices.values.reserve(faces.size() * 3);
+  indices.list_start.push_back(0);
+  for (const Face& face : faces) {
+    indices.values.insert(indices.values.end(), face.begin(), face.end());
+    indices.list_start.push_back(indices.values.size());
+  }
+  PlyElement element;
+  element.name = "face";
+  element.rows = faces.size();
+  element.properties.push_back(std::move(indices));
+  if (texture.of_corner.empty()) return element;
+  PlyProperty places = PlyColumn("texcoord", PlyType::kFloat32, {});
+  places.is_list = true;
+  places.values.reserve(faces.size() * 6);
+  places.list_start.push_back(0);
+  for (const auto& corners : texture.of_corner) {
+    for (const Eigen::Vector2f& place : corners) {
+      places.values.insert(places.values.end(), {place.x(), place.y()});
+    }
+    places.list_start.push_back(places.values.size());
+  }
+  element.properties.push_back(std::move(places));
+  return element;
+}
+
+void AddTextureColumns(const MeshTexture& texture, PlyElement* vertex) {
+  if (texture.empty()) return;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> values;
+    values.reserve(texture.of_vertex.size());
+    for (const Eigen::Vector2f& place : texture.of_vertex) values.push_back(place[axis]);
+    vertex->properties.push_back(PlyColumn(axis == 0 ? "s" : "t", PlyType::kFloat32, std::move(values)));
+  }
+}
+
+absl::StatusOr<std::vector<Face>> FacesFromPly(const PlyElement& element, size_t vertices,
+                                               const std::string& source_name) {
+  const PlyProperty* indices = element.Find("vertex_indices");
+  if (!indices) indices = element.Find("vertex_index");
+  if (!indices || !indices->is_list) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(source_name, ": element face has no list property vertex_indices"));
+  }
+  std::vector<Face> faces(element.rows);
+  for (size_t row = 0; row < element.rows; ++row) {
+    const size_t begin = indices->list_start[row], corners = indices->list_start[row + 1] - begin;
+    if (corners != 3) {
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", row, " has ", corners,
+                                                     " corners; triangulate the mesh first"));
+    }
+    for (int k = 0; k < 3; ++k) {
+      const double index = indices->values[begin + k];
+      if (!(index >= 0 && index < static_cast<double>(vertices)) || index != std::floor(index)) {
+        return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", row, " names vertex ", index,
+                                                       ", the file has ", vertices, " vertices"));
+      }
+      faces[row][k] = static_cast<int>(index);
+    }
+  }
+  return faces;
+}
+
+}  // namespace
+
+absl::StatusOr<const PlyElement*> FindElement(const Ply& ply, std::string_view element,
+                                              const std::string& source_name) {
+  if (const PlyElement* found = ply.Find(element)) return found;
+  return absl::InvalidArgumentError(absl::StrCat(source_name, ": has no element ", std::string(element)));
+}
+
+absl::StatusOr<const PlyProperty*> ScalarColumn(const PlyElement& element, std::string_view property,
+                                                const std::string& source_name) {
+  const PlyProperty* column = element.Find(property);
+  if (column && !column->is_list) return column;
+  return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ", element.name, " has no ",
+                                                 column ? "scalar " : "", "property ",
+                                                 std::string(property)));
+}
+
+absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& element,
+                                                              const std::string& source_name) {
+  std::vector<Eigen::Vector3d> positions(element.rows);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto column = ScalarColumn(element, std::string(1, static_cast<char>('x' + axis)), source_name);
+    if (!column.ok()) return column.status();
+    for (size_t row = 0; row < element.rows; ++row) {
+      const double value = (*column)->values[row];
+      if (!std::isfinite(value)) {
+        return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ", element.name, ", row ", row,
+                                                       ", property ", (*column)->name,
+                                                       ": not a finite number"));
+      }
+      positions[row][axis] = value;
+    }
+  }
+  return positions;
+}
+
+absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name) {
+  const auto vertex = FindElement(ply, "vertex", source_name);
+  if (!vertex.ok()) return vertex.status();
+  const auto face = FindElement(ply, "face", source_name);
+  if (!face.ok()) return face.status();
+  auto positions = PositionsFromPly(**vertex, source_name);
+  if (!positions.ok()) return positions.status();
+  auto faces = FacesFromPly(**face, positions->size(), source_name);
+  if (!faces.ok()) return faces.status();
+  return TriangleMesh{*std::move(positions), *std::move(faces)};
+}
+
+absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes) {
+  const absl::StatusOr<Ply> ply = ReadPly(path, max_bytes);
+  if (!ply.ok()) return ply.status();
+  return MeshFromPly(*ply, path);
+}
+
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture) {
+  PlyElement vertex;
+  vertex.name = "vertex";
+  vertex.rows = mesh.vertices_mm.size();
+  vertex.properties = PositionColumns(mesh.vertices_mm, PlyType::kFloat64);
+  AddTextureColumns(texture, &vertex);
+  Ply ply;
+  ply.comments.push_back("positions in mm");
+  ply.elements = {std::move(vertex), FaceElement(mesh.faces, texture)};
+  return WritePly(path, ply);
+}
+
+absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& mesh,
+                                 const std::vector<Face>& faces, const MeshTexture& texture) {
+  PlyElement vertex;
+  vertex.name = "vertex";
+  vertex.rows = mesh.vertices_mm.size();
+  vertex.properties = PositionColumns(mesh.vertices_mm, PlyType::kFloat32);
+  std::vector<double> state;
+  state.reserve(mesh.state.size());
+  for (const VertexState s : mesh.state) state.push_back(static_cast<double>(s));
+  vertex.properties.push_back(PlyColumn("state", PlyType::kUint8, std::move(state)));
+  vertex.properties.push_back(PlyColumn("sigma_mm", PlyType::kFloat32,
+                                        std::vector<double>(mesh.sigma_mm.begin(), mesh.sigma_mm.end())));
+  vertex.properties.push_back(
+      PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
+  AddTextureColumns(texture, &vertex);
+  Ply ply;
+  ply.comments.push_back(
+      "positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven");
+  ply.elements = {std::move(vertex), FaceElement(faces, texture)};
+  return WritePly(path, ply);
+}
+
+absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  return RegisteredMeshFromPly(*ply, path);
+}
+
+absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::string& source_name) {
+  const auto vertex = FindElement(ply, "vertex", source_name);
+  if (!vertex.ok()) return vertex.status();
+  auto positions = PositionsFromPly(**vertex, source_name);
+  if (!positions.ok()) return positions.status();
+  std::array<const PlyProperty*, 3> columns{};
+  constexpr std::array<std::string_view, 3> kNames = {"state", "sigma_mm", "views"};
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const auto column = ScalarColumn(**vertex, kNames[i], source_name);
+    if (!column.ok()) return column.status();
+    columns[i] = *column;
+  }
+  RegisteredMesh mesh;
+  mesh.vertices_mm = *std::move(positions);
+  for (size_t row = 0; row < mesh.vertices_mm.size(); ++row) {
+    const double state = columns[0]->values[row], views = columns[2]->values[row];
+    if (!(state >= 0 && state <= 4 && state == std::floor(state))) {
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,
+                                                     ", property state: is ", state, ", expected 0 to 4"));
+    }
+    if (!(views >= 0 && views <= 1e6)) {
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,
+                                                     ", property views: ", views, " is no count"));
+    }
+    mesh.state.push_back(static_cast<VertexState>(state));
+    mesh.sigma_mm.push_back(static_cast<float>(columns[1]->values[row]));
+    mesh.views.push_back(static_cast<int>(views));
+  }
+  return mesh;
+}
+
+}  // namespace weft

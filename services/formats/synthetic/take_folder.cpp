@@ -1,0 +1,117 @@
+#include "services/formats/synthetic/take_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/strip.h"
+#include "services/formats/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRecipe = "recipe.txt";
+
+absl::Status CheckRecipe(const std::string& path, const std::string& recipe) {
+  std::error_code error;
+  if (!fs::exists(fs::path(path) / kRecipe, error)) {
+    if (!fs::exists(path, error) || fs::is_empty(path, error)) return absl::OkStatus();
+    return absl::AlreadyExistsError(
+        absl::StrCat(path, ": exists and is not an empty folder; remove it or choose another"));
+  }
+  const absl::StatusOr<std::string> text = ReadWholeFile((fs::path(path) / kRecipe).string());
+  if (!text.ok()) return text.status();
+  const std::string begun(absl::StripSuffix(*text, "\n"));
+  if (begun == recipe) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat(path, ": a take of another recipe exists there (\"", begun, "\", not \"", recipe,
+                   "\"); give the same options to go on, or choose another folder"));
+}
+
+absl::Status Move(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::remove_all(to, error);
+  fs::rename(from, to, error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(
+      absl::StrCat(to.string(), ": cannot be put in place (", error.message(), ")"));
+}
+
+}  // namespace
+
+absl::StatusOr<TakeFolder> TakeFolder::Open(const std::string& out, const std::string& recipe) {
+  fs::path path = fs::path(out).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  if (absl::Status status = CheckRecipe(path.string(), recipe); !status.ok()) return status;
+  if (absl::Status status = CreateFolders(path / "truth"); !status.ok()) return status;
+  const std::string record = (path / kRecipe).string();
+  std::error_code error;
+  if (!fs::exists(record, error)) {
+    if (absl::Status status = WriteFileAtomically(record, recipe + "\n"); !status.ok()) return status;
+  }
+  const int lock = open(record.c_str(), O_RDONLY | O_CLOEXEC);
+  if (lock < 0 || flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    if (lock >= 0) close(lock);
+    return absl::UnavailableError(
+        absl::StrCat(path.string(), ": another process writes this take; wait for it or stop it"));
+  }
+  TakeFolder folder(path.string(), lock);
+  fs::remove_all(folder.Unfinished(), error);
+  return folder;
+}
+
+TakeFolder::TakeFolder(TakeFolder&& other) noexcept
+    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
+
+TakeFolder::~TakeFolder() {
+  if (lock_ < 0) return;
+  std::error_code error;
+  fs::remove_all(Unfinished(), error);
+  close(lock_);
+}
+
+std::string TakeFolder::NameOf(int frame) { return absl::StrFormat("%04d", frame); }
+
+std::string TakeFolder::Unfinished() const { return (fs::path(path_) / ".unfinished").string(); }
+
+std::string TakeFolder::TruthOf(int frame) const {
+  return (fs::path(path_) / "truth" / NameOf(frame)).string();
+}
+
+bool TakeFolder::HasFrame(int frame) const {
+  std::error_code error;
+  return fs::is_directory(fs::path(path_) / NameOf(frame), error) && fs::is_directory(TruthOf(frame), error);
+}
+
+absl::StatusOr<TakeFolder::Draft> TakeFolder::BeginFrame(int frame) const {
+  const fs::path folder = fs::path(Unfinished()) / NameOf(frame);
+  Draft out = {folder / "pictures", folder / "truth"};
+  for (const std::string& part : {out.pictures, out.truth})
+    if (absl::Status status = CreateFolders(part); !status.ok()) return status;
+  return out;
+}
+
+// The pictures come last: a frame counts when they are there.
+absl::Status TakeFolder::KeepFrame(int frame) const {
+  const fs::path folder = fs::path(Unfinished()) / NameOf(frame);
+  if (absl::Status status = Move(folder / "truth", TruthOf(frame)); !status.ok()) return status;
+  return Move(folder / "pictures", fs::path(path_) / NameOf(frame));
+}
+
+std::string TakeFolder::PicturesCsv() const { return (fs::path(path_) / "truth" / "pictures.csv").string(); }
+
+std::string TakeFolder::FramesFile() const { return (fs::path(path_) / "truth" / "frames.bin").string(); }
+
+bool TakeFolder::IsComplete() const {
+  std::error_code error;
+  return fs::exists(PicturesCsv(), error) || fs::exists(FramesFile(), error);
+}
+
+}  // namespace weft

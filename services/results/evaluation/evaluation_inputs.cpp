@@ -1,0 +1,183 @@
+#include "services/results/evaluation/evaluation_inputs.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/take/open_dump.h"
+#include "services/formats/files/frame_paths.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/synthetic/truth_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool Exists(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+// A path that was given, or else the one of the job where something stands there.
+std::string PathOf(const std::string& given, const std::string& of_job) {
+  if (!given.empty()) return given;
+  return !of_job.empty() && Exists(of_job) ? of_job : "";
+}
+
+absl::Status CheckHash(const char* what, const std::string& path, const std::string& of_job,
+                       const std::string& found) {
+  if (of_job.empty() || of_job == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(path, ": the ", what, " has hash ", found,
+                                                    ", but the result was computed with ", of_job,
+                                                    "; give the ", what, " of the job"));
+}
+
+absl::Status LoadRig(const std::string& path, const v1::Job& job, EvaluationInputs& inputs) {
+  if (path.empty()) {
+    inputs.remarks.push_back({"reprojection, texture drift", "there is no rig; give --rig"});
+    return absl::OkStatus();
+  }
+  absl::StatusOr<Rig> rig = ReadRig(path);
+  if (!rig.ok()) return rig.status();
+  inputs.rig = *std::move(rig);
+  return CheckHash("rig", path, job.inputs().rig(), inputs.rig->ContentHash());
+}
+
+absl::Status LoadTemplate(const std::string& path, const v1::Job& job, EvaluationInputs& inputs) {
+  if (path.empty()) {
+    inputs.remarks.push_back({"geodesic distortion, drift", "there is no template; give --template"});
+    return absl::OkStatus();
+  }
+  absl::StatusOr<Template> garment = ReadTemplate(path);
+  if (!garment.ok()) return garment.status();
+  inputs.garment = *std::move(garment);
+  return CheckHash("template", path, job.inputs().garment(), inputs.garment->ContentHash());
+}
+
+absl::Status OpenDump(const std::string& path, const std::string& mosaic, bool is_required,
+                      EvaluationInputs& inputs) {
+  if (path.empty() || !inputs.rig) {
+    inputs.remarks.push_back({"texture drift", "there are no pictures; give --take and --rig"});
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(path, *inputs.rig, mosaic);
+  if (dump.ok()) {
+    inputs.dump = *std::move(dump);
+    inputs.dump_path = path;
+    return absl::OkStatus();
+  }
+  if (is_required) return dump.status();
+  inputs.remarks.push_back({"texture drift", std::string(dump.status().message())});
+  return absl::OkStatus();
+}
+
+// A truth that nobody named and that does not fit is no reason to refuse the result.
+void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
+  inputs.remarks.push_back({"errors against the truth, exact drift",
+                            absl::StrCat(inputs.truth, " beside the take was not used: ", why.message())});
+  inputs.truth.clear();
+}
+
+// Finds which vertex of the truth is which of the result. Needs the template of the take beside its truth.
+absl::Status MatchTruth(EvaluationInputs& inputs) {
+  const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
+  if (!inputs.garment || !Exists(of_truth / "template.json")) return absl::OkStatus();
+  const absl::StatusOr<Template> truth = ReadTemplate(of_truth.string());
+  if (!truth.ok()) return truth.status();
+  if (HaveSameVertices(*inputs.garment, *truth)) return absl::OkStatus();
+  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, *truth);
+  if (!by_node.ok())
+    return absl::Status(by_node.status().code(),
+                        absl::StrCat(inputs.truth, ": ", by_node.status().message(),
+                                     "; give the truth of the take that was registered"));
+  inputs.remarks.push_back(
+      {"vertex error, exact drift",
+       absl::StrCat("the result's template is not that of ", of_truth.string(),
+                    "; its vertices are compared by board cell, which ", by_node->matched(), " of ",
+                    by_node->vertices(), " have in common with the truth")});
+  inputs.truth_by_node = *std::move(by_node);
+  if (!truth->garments.empty() && inputs.garment->garments.empty())
+    inputs.rows_of_garment = GarmentRows(*inputs.garment);
+  return absl::OkStatus();
+}
+
+absl::Status LoadTruth(const EvaluationRequest& request, const std::string& dump, EvaluationInputs& inputs) {
+  const bool is_named = !request.truth.empty();
+  inputs.truth = request.truth;
+  if (request.no_truth) {
+    inputs.remarks.push_back({"errors against the truth, exact drift", "left out on request (--no-truth)"});
+    return absl::OkStatus();
+  }
+  if (!is_named && !dump.empty() && Exists(fs::path(dump) / "truth"))
+    inputs.truth = (fs::path(dump) / "truth").string();
+  if (inputs.truth.empty()) {
+    inputs.remarks.push_back(
+        {"errors against the truth, exact drift", "there is no ground truth; give --truth"});
+    return absl::OkStatus();
+  }
+  absl::Status status = ListTruthFrames(inputs.truth).status();
+  if (status.ok()) status = MatchTruth(inputs);
+  if (!status.ok() && !is_named) {
+    LeaveTruth(status, inputs);
+    return absl::OkStatus();
+  }
+  return status;
+}
+
+// By --fps, else by the times of the take.
+void FindFrameRate(const EvaluationRequest& request, const TakeTimes& times, EvaluationInputs& inputs) {
+  inputs.fps = request.fps > 0 ? request.fps : times.fps;
+  inputs.fps_source = request.fps > 0 ? "--fps" : times.source;
+  if (inputs.fps == 0)
+    inputs.remarks.push_back({"drift per second",
+                              "the frame rate of the take is unknown, so drift is given per frame; --fps "
+                              "gives it per second"});
+}
+
+}  // namespace
+
+absl::Status EvaluationRequest::Validate() const {
+  if (result.empty()) return absl::InvalidArgumentError("the folder of the result is empty");
+  if (no_truth && !truth.empty()) return absl::InvalidArgumentError("a truth is named and left out at once");
+  if (!(fps >= 0)) return absl::InvalidArgumentError("fps must not be negative");
+  if (samples < 0) return absl::InvalidArgumentError("samples must not be negative");
+  for (const absl::Status& status :
+       {scores.Validate(), geodesics.Validate(), texture.Validate(), cameras.Validate()})
+    if (!status.ok()) return status;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request) {
+  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  v1::Job job;
+  if (const fs::path path = fs::path(request.result) / kJobFile; Exists(path))
+    if (absl::Status status = ReadJsonFile(path.string(), job); !status.ok()) return status;
+  EvaluationInputs inputs;
+  inputs.result = request.result;
+  const std::string dump = PathOf(request.dump, job.spec().dump());
+  if (absl::Status status = LoadRig(PathOf(request.rig, job.spec().rig()), job, inputs); !status.ok())
+    return status;
+  if (absl::Status status = LoadTemplate(PathOf(request.garment, job.spec().garment()), job, inputs);
+      !status.ok())
+    return status;
+  const std::string mosaic = dump == job.spec().dump() ? job.spec().options().mosaic() : "";
+  if (absl::Status status = OpenDump(dump, mosaic, !request.dump.empty(), inputs); !status.ok())
+    return status;
+  if (absl::Status status = LoadTruth(request, dump, inputs); !status.ok()) return status;
+  const fs::path beside = fs::path(dump) / "truth";
+  const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty() ? inputs.truth
+                                            : Exists(beside)      ? beside.string()
+                                                                  : "");
+  FindFrameRate(request, times, inputs);
+  absl::StatusOr<std::vector<ListedFrame>> frames =
+      ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times);
+  if (!frames.ok()) return frames.status();
+  inputs.frames = *std::move(frames);
+  inputs.job = std::move(job);
+  return inputs;
+}
+
+}  // namespace weft

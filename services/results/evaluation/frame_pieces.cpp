@@ -1,0 +1,81 @@
+#include "services/results/evaluation/frame_pieces.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/formats/files/cloud_file.h"
+#include "services/formats/files/frame_paths.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/observations_file.h"
+#include "services/formats/files/ply.h"
+
+namespace weft {
+
+namespace fs = std::filesystem;
+
+absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
+  if (!mesh.ok()) return mesh.status();
+  ResultMesh out{*std::move(mesh), {}, {}};
+  const PlyProperty* sigma = ply->Find("vertex")->Find("sigma_mm");
+  if (sigma && !sigma->is_list) out.sigma_mm.assign(sigma->values.begin(), sigma->values.end());
+  const PlyProperty* state = ply->Find("vertex")->Find("state");
+  if (!state || state->is_list) return out;
+  for (const double s : state->values) {
+    if (!(s >= 0 && s <= static_cast<double>(VertexState::kDriven)))
+      return absl::InvalidArgumentError(absl::StrCat(path, ": a vertex cannot have state ", s));
+    out.state.push_back(static_cast<VertexState>(s));
+  }
+  return out;
+}
+
+std::vector<bool> ResultMesh::Measured() const {
+  std::vector<bool> out;
+  out.reserve(state.size());
+  for (const VertexState s : state) out.push_back(s == VertexState::kObserved || s == VertexState::kTwoView);
+  return out;
+}
+
+absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
+    const std::string& frame_folder) {
+  const std::string path = FramePaths(frame_folder).Of(FrameFile::kObservations);
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::nullopt;
+  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
+  if (!images.ok()) return images.status();
+  std::vector<CameraObservations> views;
+  for (ImageObservations& image : *images)
+    views.push_back({std::move(image.image), std::move(image.observations)});
+  return views;
+}
+
+absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
+  FramePieces out;
+  const auto path_of = [&](FrameFile file) -> std::string {
+    std::error_code error;
+    std::string path = FramePaths(frame_folder).Of(file);
+    if (fs::exists(path, error)) return path;
+    out.missing.emplace_back(FileName(file));
+    return "";
+  };
+  absl::StatusOr<std::optional<std::vector<CameraObservations>>> views = ReadCameraObservations(frame_folder);
+  if (!views.ok()) return views.status();
+  out.pieces.observations = *std::move(views);
+  if (!out.pieces.observations) out.missing.emplace_back(FileName(FrameFile::kObservations));
+  if (const std::string path = path_of(FrameFile::kCloud); !path.empty()) {
+    absl::StatusOr<Cloud> cloud = ReadCloud(path);
+    if (!cloud.ok()) return cloud.status();
+    out.pieces.cloud = *std::move(cloud);
+  }
+  if (const std::string path = path_of(FrameFile::kMesh); !path.empty()) {
+    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
+    if (!mesh.ok()) return mesh.status();
+    out.mesh = *std::move(mesh);
+  }
+  return out;
+}
+
+}  // namespace weft

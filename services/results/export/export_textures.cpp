@@ -1,0 +1,151 @@
+#include "services/results/export/export_textures.h"
+
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/image/image_encoders.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/results/export/export_folder.h"
+#include "services/results/export/garment_texture.h"
+#include "services/results/export/overlay_plan.h"
+#include "services/results/export/texture_atlas.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+v1::Export TextureManifest(const TextureRequest& request, const ExportSource& source) {
+  v1::Export manifest;
+  manifest.set_format("png");
+  manifest.set_overlay(request.texture_px > 0 ? "texture" : "normal map");
+  manifest.set_texture_px(request.texture_px);
+  manifest.set_normal_map_px(request.normal_map_px);
+  manifest.set_max_vertices(request.max_vertices);
+  manifest.set_fps(source.fps());
+  manifest.set_fps_source(source.fps_source());
+  manifest.set_vertices(static_cast<int>(source.topology().vertices));
+  manifest.set_faces(static_cast<int>(source.topology().faces.size()));
+  for (const v1::ExportedFrame& frame : source.frames()) {
+    v1::ExportedFrame& added = *manifest.add_frames();
+    added = frame;
+    if (!frame.missing_because().empty()) continue;
+    if (request.texture_px > 0) added.set_file(absl::StrCat(frame.frame(), ".png"));
+    if (request.normal_map_px > 0) added.set_normal_map(absl::StrCat(frame.frame(), ".normal.png"));
+  }
+  manifest.set_job_id(source.job().id());
+  *manifest.mutable_inputs() = source.job().inputs();
+  manifest.set_weft_version(WEFT_VERSION);
+  for (const std::string& note : source.notes()) manifest.add_notes(note);
+  return manifest;
+}
+
+// What stays from frame to frame.
+struct TextureTools {
+  ExportSource whole;  // in the rig's world and mm
+  std::optional<OverlayPlan> plan;
+  std::optional<TextureAtlas> atlas;
+  std::optional<NormalMap> normal_map;
+};
+
+absl::StatusOr<TextureTools> MakeTools(const TextureRequest& request, const ExportSource& source) {
+  TextureTools tools{source.InWorldMm(), std::nullopt, std::nullopt, std::nullopt};
+  if (request.texture_px > 0) {
+    absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, tools.whole);
+    if (!plan.ok()) return plan.status();
+    tools.plan = *std::move(plan);
+    const ExportTopology& topology = tools.whole.topology();
+    absl::StatusOr<TextureAtlas> atlas =
+        TextureAtlas::Make(request.texture_px, topology.faces, topology.texture);
+    if (!atlas.ok()) return atlas.status();
+    tools.atlas = *std::move(atlas);
+  }
+  if (request.normal_map_px > 0) {
+    absl::StatusOr<NormalMap> map = MakeNormalMap(request.normal_map_px, source);
+    if (!map.ok()) return map.status();
+    tools.normal_map = *std::move(map);
+  }
+  return tools;
+}
+
+absl::StatusOr<std::string> TextureOfFrame(TextureTools& tools, size_t mesh_number,
+                                           std::vector<std::string>& warnings) {
+  if (absl::Status status = AddFrameToAtlas(*tools.plan, tools.whole, mesh_number, *tools.atlas, warnings);
+      !status.ok())
+    return status;
+  const AtlasPicture picture = tools.atlas->Take();
+  const auto bytes = EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba});
+  if (!bytes.ok()) return bytes.status();
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+// Files that are there are kept: they got their names when they were complete.
+absl::Status WriteFrame(const TextureRequest& request, const v1::ExportedFrame& frame, size_t mesh_number,
+                        const ExportFolder& folder, TextureTools& tools, std::vector<std::string>& warnings) {
+  if (!frame.file().empty() && !fs::exists(folder.Of(frame.file()))) {
+    const absl::StatusOr<std::string> png = TextureOfFrame(tools, mesh_number, warnings);
+    if (!png.ok()) return png.status();
+    if (absl::Status status = WriteFileAtomically(folder.Of(frame.file()), *png); !status.ok()) return status;
+  }
+  if (frame.normal_map().empty() || fs::exists(folder.Of(frame.normal_map()))) return absl::OkStatus();
+  const absl::StatusOr<std::string> png =
+      NormalMapOfFrame(*tools.normal_map, request.normal_map_px, tools.whole, mesh_number);
+  if (!png.ok()) return png.status();
+  return WriteFileAtomically(folder.Of(frame.normal_map()), *png);
+}
+
+uint64_t MaxBytes(const TextureRequest& request, size_t frames) {
+  constexpr uint64_t kRgba = 4;
+  uint64_t bytes = 0;
+  if (request.texture_px > 0)
+    bytes += kRgba * static_cast<uint64_t>(request.texture_px) * static_cast<uint64_t>(request.texture_px);
+  if (request.normal_map_px > 0) bytes += MaxPngBytes(request.normal_map_px);
+  return frames * bytes;
+}
+
+}  // namespace
+
+absl::Status TextureRequest::Validate() const {
+  if (max_vertices != 0 && normal_map_px == 0) {
+    return absl::InvalidArgumentError(
+        "--max-vertices: textures are those of the whole mesh, and serve coarser ones; leave it out, or ask "
+        "for a --normal-map");
+  }
+  return CheckNormalMap(normal_map_px, max_vertices);
+}
+
+absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, const ExportProgress& progress,
+                                             const std::stop_token& stop) {
+  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  ExportRequest world = InTheWorld(request.result, request.out, request.frames);
+  world.allow_unfinished = request.allow_unfinished;
+  world.fps = request.fps;
+  world.max_vertices = request.max_vertices;
+  absl::StatusOr<ExportSource> source = ExportSource::Open(world);
+  if (!source.ok()) return source.status();
+  if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
+  absl::StatusOr<TextureTools> tools = MakeTools(request, *source);
+  if (!tools.ok()) return tools.status();
+  ExportOutcome outcome{TextureManifest(request, *source)};
+  const ExportFolder folder(request.out);
+  const size_t frames = source->meshes().size();
+  const absl::StatusOr<ExportFolder::Holds> holds =
+      folder.BeginOrGoOn(outcome.manifest, MaxBytes(request, frames));
+  if (!holds.ok()) return holds.status();
+  outcome.was_complete = *holds == ExportFolder::Holds::kAll;
+  if (outcome.was_complete) return outcome;
+  absl::Status status;
+  for (size_t i = 0; status.ok() && i < frames; ++i) {
+    if (stop.stop_requested()) return StoppedAfter(i, frames);
+    status = WriteFrame(request, outcome.manifest.frames(static_cast<int>(source->meshes()[i])), i, folder,
+                        *tools, outcome.warnings);
+    if (progress) progress(ExportStep::kWrite, i + 1, frames);
+  }
+  if (status.ok()) status = folder.Finish(outcome.manifest);
+  if (!status.ok()) return status;
+  return outcome;
+}
+
+}  // namespace weft

@@ -1,0 +1,120 @@
+#include "services/results/report/read_sequence.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/formats/files/frame_paths.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/results/report/html_text.h"
+#include "services/results/report/job_summary.h"
+
+namespace weft {
+namespace {
+
+std::vector<const v1::FrameReport*> FramesWithMesh(const std::vector<v1::FrameReport>& frames) {
+  std::vector<const v1::FrameReport*> with_mesh;
+  for (const v1::FrameReport& frame : frames)
+    if (IsRegistered(frame.state()) || frame.temporal().bridged()) with_mesh.push_back(&frame);
+  return with_mesh;
+}
+
+struct MeshOfFrame {
+  TriangleMesh mesh;
+  RegisteredMesh registered;
+};
+
+absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
+  absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  absl::StatusOr<RegisteredMesh> registered = RegisteredMeshFromPly(*ply, path);
+  if (!registered.ok()) return registered.status();
+  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
+  if (!mesh.ok()) return mesh.status();
+  return MeshOfFrame{*std::move(mesh), *std::move(registered)};
+}
+
+SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh, const std::vector<int>& kept,
+                      const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values) {
+  SequenceFrame frame{report.frame(), report.temporal().bridged() ? "bridged" : "", {}, {{}, {}}};
+  for (const int v : kept) {
+    frame.vertices_mm.push_back(mesh.vertices_mm[v].cast<float>());
+    frame.color_bytes[0].push_back(static_cast<uint8_t>(mesh.state[v]));
+    frame.color_bytes[1].push_back(PaletteIndex(mesh.sigma_mm[v], sigma_range_mm));
+  }
+  for (const VertexValues& more : values) {
+    const std::vector<double> of_frame = more.of_frame(report.frame(), mesh.vertices_mm);
+    std::vector<uint8_t>& bytes = frame.color_bytes.emplace_back();
+    for (const int v : kept)
+      bytes.push_back(
+          PaletteIndex(of_frame.size() == mesh.vertices_mm.size() ? of_frame[v] : kNoNumber, more.range));
+  }
+  return frame;
+}
+
+// Sorts the faces by garment, and counts them.
+std::vector<SequencePart> SortByGarment(const v1::MeshReport& report, DecimatedMesh& mesh) {
+  std::vector<int> end;  // of each garment's vertices in the whole mesh
+  for (const v1::GarmentReport& garment : report.garments())
+    end.push_back((end.empty() ? 0 : end.back()) + garment.vertices());
+  const auto garment_of = [&](const Face& face) {
+    return std::upper_bound(end.begin(), end.end(), mesh.vertices[face[0]]) - end.begin();
+  };
+  std::stable_sort(mesh.faces.begin(), mesh.faces.end(),
+                   [&](const Face& a, const Face& b) { return garment_of(a) < garment_of(b); });
+  std::vector<SequencePart> parts;
+  for (const v1::GarmentReport& garment : report.garments()) parts.push_back({garment.id(), 0});
+  for (const Face& face : mesh.faces) {
+    const auto garment = static_cast<size_t>(garment_of(face));
+    if (garment < parts.size()) ++parts[garment].faces;
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::optional<SequenceView> ReadSequence(const std::string& out_folder,
+                                         const std::vector<v1::FrameReport>& frames,
+                                         const ScalarRange& sigma_range_mm,
+                                         const std::vector<VertexValues>& values,
+                                         std::vector<std::string>& notes) {
+  std::vector<SequenceColoring> colorings = {ColoringByState(),
+                                             ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
+  for (const VertexValues& more : values) {
+    colorings.push_back(ColoringByValue(more.name, more.label, more.unit, more.range));
+    colorings.back().is_first_shown = more.is_first_shown;
+  }
+  const std::vector<const v1::FrameReport*> all = FramesWithMesh(frames);
+  std::optional<SequenceView> sequence;
+  size_t vertices = 0;
+  for (const size_t i : SequenceFrames(all.size())) {
+    const std::string path = FramePaths(out_folder, all[i]->frame()).Of(FrameFile::kMesh);
+    const absl::StatusOr<MeshOfFrame> read = ReadMeshOfFrame(path);
+    absl::Status status = read.status();
+    if (status.ok() && !sequence) {
+      absl::StatusOr<DecimatedMesh> fewer =
+          DecimateMesh(read->mesh, SequenceVertices(all.size(), colorings.size()));
+      const absl::StatusOr<Viewpoint> front =
+          ViewpointOf(read->mesh.vertices_mm, MeshSide::kFront, -Eigen::Vector3d::UnitY());
+      status.Update(fewer.status());
+      status.Update(front.status());
+      if (status.ok()) {
+        std::vector<SequencePart> parts = SortByGarment(all[i]->mesh(), *fewer);
+        sequence.emplace(*std::move(fewer), colorings, *front, 0).SetParts(std::move(parts));
+      }
+      vertices = read->mesh.vertices_mm.size();
+    }
+    if (status.ok() && read->mesh.vertices_mm.size() != vertices)
+      status = absl::InvalidArgumentError(absl::StrCat(path, ": has ", read->mesh.vertices_mm.size(),
+                                                       " vertices, the frames before it ", vertices));
+    if (status.ok()) {
+      sequence->Add(FrameOf(*all[i], read->registered, sequence->kept(), sigma_range_mm, values));
+    } else {
+      notes.push_back(
+          absl::StrCat("Frame ", all[i]->frame(), " is missing in three dimensions: ", status.message()));
+    }
+  }
+  return sequence;
+}
+
+}  // namespace weft

@@ -1,0 +1,55 @@
+// Where calls of many callers wait for the same few places.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <list>
+#include <mutex>
+#include <string>
+
+#include "services/server/callers/turns.h"
+
+namespace weft {
+
+// Lets so many in at once, of one caller's account fewer. Who waits is let in by Turns. Thread safety: any
+// thread.
+class TurnGate {
+ public:
+  TurnGate(int at_once, int of_one_caller) : at_once_(at_once), of_one_caller_(of_one_caller) {}
+
+  // A place, until it goes out of scope.
+  class Pass {
+   public:
+    Pass(TurnGate& gate, std::string account) : gate_(gate), account_(std::move(account)) {}
+    ~Pass() { gate_.Leave(account_, std::chrono::steady_clock::now() - entered_); }
+    Pass(const Pass&) = delete;
+    Pass& operator=(const Pass&) = delete;
+
+   private:
+    TurnGate& gate_;
+    const std::string account_;
+    const std::chrono::steady_clock::time_point entered_ = std::chrono::steady_clock::now();
+  };
+
+  // Waits for a place.
+  [[nodiscard]] Pass Enter(const std::string& caller_name);
+
+ private:
+  struct Waiting {
+    const std::string& account;
+    bool admitted = false;
+  };
+
+  void Leave(const std::string& account, std::chrono::steady_clock::duration stayed);
+  // Needs the lock.
+  void AdmitWaiting();
+
+  const int at_once_, of_one_caller_;
+  std::mutex mutex_;
+  std::condition_variable admitted_;
+  std::list<Waiting*> waiting_;  // the first came first
+  int inside_ = 0;
+  Turns turns_;
+};
+
+}  // namespace weft

@@ -1,0 +1,83 @@
+// What the daemon remembers: jobs and the state of each of their frames, in one SQLite file.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "services/formats/files/holder_record.h"
+#include "services/server/catalogue/backup.h"
+#include "services/server/catalogue/folder_sync.h"
+#include "services/server/catalogue/sqlite.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+// Every call is one transaction that is on the disk when it returns, so the content survives a killed process
+// and a power cut. A call that returns an error has changed nothing, and may be made again. Errors name the
+// file. Thread safety: one thread at a time.
+class Catalogue {
+ public:
+  // Makes the file where it is missing, and restores it where it is damaged (restore.h). FailedPrecondition:
+  // written by a newer Weft, or in use by another weftd. Otherwise errors of the disk. `on_lost` is called in
+  // a thread where this process stood still so long that another one took the catalogue (HolderRecord):
+  // whatever is written then is written beside that one.
+  static absl::StatusOr<std::unique_ptr<Catalogue>> Open(const std::string& path,
+                                                         std::function<void()> on_lost = {});
+  // What a user must know of its restoration. Empty: it was sound.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+  // AlreadyExists: a job of this id.
+  absl::Status AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
+  // NotFound: no such job.
+  absl::Status UpdateJob(const v1::Job& job);
+  // Frames by their position in AddJob. NotFound: no such frame.
+  absl::Status UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info);
+  // Further frames of the job, beginning at this position. NotFound: no such job.
+  absl::Status AddFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
+  // The job and all its frames at once. NotFound: no such job.
+  absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
+
+  // A row that was damaged while the catalogue was in use is read as an entry that says so, and hides no
+  // other. NotFound: no such job.
+  absl::StatusOr<v1::Job> ReadJob(const std::string& id);
+  // In the order of AddJob.
+  absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
+  // Newest first; those before the job `older_than`, if it is not empty. NotFound: it is not there any more.
+  absl::StatusOr<std::vector<v1::Job>> ListJobs(int limit, const std::string& older_than = "");
+  // Those that are neither queued nor running, oldest first, without the first `skip`.
+  absl::StatusOr<std::vector<v1::Job>> EndedJobs(int64_t skip, int limit);
+  // With its frames. NotFound: no such job.
+  absl::Status RemoveJob(const std::string& id);
+  // Queued and running ones, oldest first.
+  absl::StatusOr<std::vector<v1::Job>> UnfinishedJobs();
+
+  // A copy of what the catalogue holds now, to be made between other calls. Errors of CatalogueBackup::Start.
+  absl::StatusOr<std::unique_ptr<CatalogueBackup>> StartBackup() {
+    return CatalogueBackup::Start(*database_);
+  }
+  // Grows with every change.
+  int64_t version() const { return database_->AllChangedRows(); }
+
+ private:
+  Catalogue(FileLock lock, std::optional<HolderRecord> holder, std::unique_ptr<Database> database,
+            std::vector<std::string> warnings)
+      : lock_(std::move(lock)),
+        holder_(std::move(holder)),
+        database_(std::move(database)),
+        warnings_(std::move(warnings)) {}
+  absl::Status MakeSchema();
+  absl::Status WriteFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
+  absl::Status WriteJob(const v1::Job& job);
+
+  FileLock lock_;
+  std::optional<HolderRecord> holder_;  // none: a full disk has no room for it
+  std::unique_ptr<Database> database_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace weft

@@ -1,0 +1,254 @@
+#include "services/server/catalogue/sqlite.h"
+
+#include <sqlite3.h>
+
+#include <filesystem>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
+
+namespace weft {
+namespace {
+
+absl::Status DamagedError(const std::string& path, const std::string& what) {
+  return absl::DataLossError(absl::StrCat(
+      path, ": damaged (", what,
+      "); start weftd again: it keeps this file aside, takes its backup and all that can still be "
+      "read, and loses no results"));
+}
+
+absl::Status ErrorOf(const std::string& path, int code, const std::string& what) {
+  switch (code & 0xff) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return absl::FailedPreconditionError(
+          absl::StrCat(path, ": in use by another weftd; stop that one, or give another --state folder"));
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT:
+      return DamagedError(path, what);
+    case SQLITE_FULL:
+      return absl::ResourceExhaustedError(absl::StrCat(path, ": ", what, "; make room on the disk"));
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+    case SQLITE_READONLY:
+      return absl::PermissionDeniedError(
+          absl::StrCat(path, ": cannot be opened for writing (", what, "); check the folder's permissions"));
+    case SQLITE_IOERR:
+      // A disk that no longer gives back what was written.
+      if (code == SQLITE_IOERR_READ || code == SQLITE_IOERR_CORRUPTFS) return DamagedError(path, what);
+      return absl::UnavailableError(absl::StrCat(path, ": ", what, "; check the disk"));
+    default:
+      return absl::InternalError(absl::StrCat(path, ": ", what));
+  }
+}
+
+// A path as part of a URI.
+std::string UriOf(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : path) {
+    if (absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
+        std::string_view("/._-").find(c) != std::string_view::npos) {
+      uri += c;
+    } else {
+      absl::StrAppendFormat(&uri, "%%%02X", static_cast<unsigned char>(c));
+    }
+  }
+  return uri + "?immutable=1";
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(
+      path.c_str(), &handle,
+      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  std::unique_ptr<Database> database(new Database(path, handle));
+  if (code != SQLITE_OK) return database->LastError();
+  if (absl::Status status = database->Lock(); !status.ok()) return status;
+  return database;
+}
+
+absl::StatusOr<std::unique_ptr<Database>> Database::OpenToRead(const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(
+      UriOf(path).c_str(), &handle,
+      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  std::unique_ptr<Database> database(new Database(path, handle));
+  if (code != SQLITE_OK) return database->LastError();
+  return database;
+}
+
+absl::Status Database::Lock() {
+  // With locking_mode EXCLUSIVE the lock of the first write transaction is kept.
+  for (const char* sql :
+       {"PRAGMA locking_mode = EXCLUSIVE", "PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL",
+        "PRAGMA foreign_keys = ON", "BEGIN IMMEDIATE", "PRAGMA schema_version", "COMMIT"}) {
+    if (absl::Status status = Execute(sql); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+Database::~Database() { sqlite3_close_v2(handle_); }
+
+absl::Status Database::LastError() const {
+  return ErrorOf(path_, sqlite3_extended_errcode(handle_), sqlite3_errmsg(handle_));
+}
+
+int64_t Database::ChangedRows() const { return sqlite3_changes64(handle_); }
+
+int64_t Database::AllChangedRows() const { return sqlite3_total_changes64(handle_); }
+
+absl::Status Database::CheckIntegrity() {
+  absl::StatusOr<Statement> check = Prepare("PRAGMA integrity_check(1)");
+  if (!check.ok()) return check.status();
+  const absl::StatusOr<bool> row = check->Step();
+  if (!row.ok()) return row.status();
+  const std::string found = *row ? check->Bytes(0) : "no answer";
+  if (found == "ok") return absl::OkStatus();
+  return DamagedError(path_, absl::StrReplaceAll(found, {{"\n", ": "}}));
+}
+
+absl::Status Database::Execute(const std::string& sql) {
+  return sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK ? absl::OkStatus()
+                                                                                    : LastError();
+}
+
+absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
+  sqlite3_stmt* statement = nullptr;
+  if (sqlite3_prepare_v2(handle_, sql.data(), static_cast<int>(sql.size()), &statement, nullptr) != SQLITE_OK)
+    return LastError();
+  return Statement(this, statement);
+}
+
+absl::StatusOr<int64_t> Database::ReadPragma(const std::string& name) {
+  return ReadNumber(absl::StrCat("PRAGMA ", name));
+}
+
+absl::StatusOr<int64_t> Database::ReadNumber(const std::string& sql) {
+  absl::StatusOr<Statement> statement = Prepare(sql);
+  if (!statement.ok()) return statement.status();
+  const absl::StatusOr<bool> row = statement->Step();
+  if (!row.ok()) return row.status();
+  return *row ? statement->Int(0) : 0;
+}
+
+Statement::Statement(Statement&& other) noexcept
+    : database_(other.database_), handle_(other.handle_), bind_error_(other.bind_error_) {
+  other.handle_ = nullptr;
+}
+
+Statement::~Statement() { sqlite3_finalize(handle_); }
+
+Statement& Statement::Bind(int parameter, int64_t value) {
+  bind_error_ |= sqlite3_bind_int64(handle_, parameter, value);
+  return *this;
+}
+
+Statement& Statement::Bind(int parameter, double value) {
+  bind_error_ |= sqlite3_bind_double(handle_, parameter, value);
+  return *this;
+}
+
+Statement& Statement::BindText(int parameter, std::string_view value) {
+  bind_error_ |=
+      sqlite3_bind_text64(handle_, parameter, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  return *this;
+}
+
+Statement& Statement::BindBytes(int parameter, std::string_view value) {
+  bind_error_ |= sqlite3_bind_blob64(handle_, parameter, value.data(), value.size(), SQLITE_TRANSIENT);
+  return *this;
+}
+
+absl::StatusOr<bool> Statement::Step() {
+  if (bind_error_ != SQLITE_OK) {
+    return absl::InternalError(
+        absl::StrCat(database_->path(), ": a parameter cannot be bound to ", sqlite3_sql(handle_)));
+  }
+  switch (sqlite3_step(handle_)) {
+    case SQLITE_ROW:
+      return true;
+    case SQLITE_DONE:
+      return false;
+    default:
+      return database_->LastError();
+  }
+}
+
+absl::Status Statement::Run() {
+  const absl::StatusOr<bool> row = Step();
+  Reset();
+  return row.status();
+}
+
+void Statement::Reset() {
+  sqlite3_reset(handle_);
+  sqlite3_clear_bindings(handle_);
+  bind_error_ = SQLITE_OK;
+}
+
+int64_t Statement::Int(int column) const { return sqlite3_column_int64(handle_, column); }
+double Statement::Double(int column) const { return sqlite3_column_double(handle_, column); }
+
+std::string Statement::Bytes(int column) const {
+  const void* data = sqlite3_column_blob(handle_, column);
+  const int size = sqlite3_column_bytes(handle_, column);
+  return data == nullptr ? std::string()
+                         : std::string(static_cast<const char*>(data), static_cast<size_t>(size));
+}
+
+absl::StatusOr<std::unique_ptr<DatabaseCopy>> DatabaseCopy::Start(Database& source, const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(
+      path.c_str(), &handle,
+      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  std::unique_ptr<DatabaseCopy> copy(new DatabaseCopy(std::unique_ptr<Database>(new Database(path, handle))));
+  if (code != SQLITE_OK) return copy->target_->LastError();
+  copy->backup_ = sqlite3_backup_init(handle, "main", source.handle_, "main");
+  if (copy->backup_ == nullptr) return copy->target_->LastError();
+  return copy;
+}
+
+DatabaseCopy::~DatabaseCopy() { sqlite3_backup_finish(backup_); }
+
+absl::StatusOr<bool> DatabaseCopy::Step(int pages) {
+  const int code = sqlite3_backup_step(backup_, pages);
+  if (code == SQLITE_OK) return false;
+  if (code != SQLITE_DONE) return ErrorOf(target_->path(), code, sqlite3_errstr(code));
+  const int end = sqlite3_backup_finish(backup_);
+  backup_ = nullptr;
+  if (end != SQLITE_OK) return ErrorOf(target_->path(), end, sqlite3_errstr(end));
+  // Of one file, that nothing beside it belongs to.
+  if (absl::Status status = target_->Execute("PRAGMA journal_mode = DELETE"); !status.ok()) return status;
+  return true;
+}
+
+void RemoveDatabase(const std::string& path) {
+  std::error_code ignored;
+  for (const char* ending : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path + ending, ignored);
+}
+
+Transaction::~Transaction() {
+  // Nothing can be done about a failed rollback: SQLite rolls back when the file is opened again.
+  if (open_) database_.Execute("ROLLBACK").IgnoreError();
+}
+
+absl::Status Transaction::Begin() {
+  absl::Status status = database_.Execute("BEGIN IMMEDIATE");
+  open_ = status.ok();
+  return status;
+}
+
+absl::Status Transaction::Commit() {
+  absl::Status status = database_.Execute("COMMIT");
+  if (status.ok()) open_ = false;
+  return status;
+}
+
+}  // namespace weft

@@ -1,0 +1,67 @@
+// Browsers that showed a token.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "services/server/access/access_control.h"
+#include "weft/v1/console.pb.h"
+
+namespace weft {
+
+struct BrowserSession {
+  std::string id_sha256;     // names the session; nobody can use it
+  std::string token_sha256;  // as AccessControl knows it
+  Caller caller;
+  int64_t expires_unix_ns = 0;
+};
+
+// A token is exchanged for a random id, which the browser keeps in a cookie. Of both only hashes are kept, in
+// a file that the next daemon reads, so that browsers stay logged in. There are 200 at most, 20 of one token:
+// the oldest goes. Thread safety: any thread.
+class BrowserSessions {
+ public:
+  using Clock = std::function<int64_t()>;  // ns since 1970
+  static constexpr std::chrono::hours kLasts{24};
+  static constexpr size_t kMost = 200, kMostOfOneToken = 20;
+
+  // A file that cannot be read is as none: browsers show their tokens again.
+  BrowserSessions(std::string path, AccessControl& access, Clock clock = {});
+
+  struct Begun {
+    std::string id;  // for the cookie; kept nowhere
+    BrowserSession session;
+  };
+  // Unauthenticated: the token is none. ResourceExhausted: too many wrong ones of this peer, 10 at once and
+  // one in 6 s.
+  absl::StatusOr<Begun> Begin(const std::string& token, const std::string& peer);
+  // Unauthenticated: no such session, it or its token expired, or the token was revoked.
+  absl::StatusOr<BrowserSession> Find(const std::string& id);
+  void End(const std::string& id);
+
+ private:
+  struct Failures {
+    double left = 0;
+    int64_t counted_ns = 0;
+  };
+  // The functions below need the lock.
+  void Drop(size_t index);
+  void MakeRoom(const std::string& token_sha256);
+  void Save();
+  bool MayTry(const std::string& peer, int64_t now_ns);
+
+  const std::string path_;
+  AccessControl& access_;
+  const Clock clock_;
+  std::mutex mutex_;
+  v1::ConsoleSessions sessions_;  // oldest first
+  std::map<std::string, Failures> failures_;
+};
+
+}  // namespace weft

@@ -1,0 +1,373 @@
+#include "services/server/daemon/program/daemon.h"
+
+#include <grpcpp/grpcpp.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/strip.h"
+#include "base/host_clock.h"
+#include "capture/file/plain_text.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/holder_record.h"
+#include "services/ground/confinement/confinement.h"
+#include "services/ground/confinement/worker_user.h"
+#include "services/server/catalogue/catalogue.h"
+#include "services/server/catalogue/folder_sync.h"
+#include "services/server/daemon/calls/path_policy.h"
+#include "services/server/daemon/door/call_observer.h"
+#include "services/server/daemon/program/confined_functions.h"
+#include "services/server/daemon/program/daemon_parts.h"
+#include "services/server/daemon/program/reader_process.h"
+#include "services/server/daemon/studio/take_folder.h"
+#include "services/server/daemon/work/cores.h"
+#include "services/server/daemon/work/lost_jobs.h"
+#include "services/server/daemon/work/take_input.h"
+#include "services/server/notice/end_notices.h"
+#include "services/server/rpc/error_detail.h"
+#include "services/server/rpc/operation_kinds.h"
+#include "services/studio/recorder/recorder_process.h"
+#include "services/work/executor/local_executor.h"
+#include "services/work/executor/process_record.h"
+#include "services/work/items/item_words.h"
+#include "services/work/slurm/slurm_executor.h"
+
+namespace weft {
+namespace {
+
+constexpr int kMaxWorkers = 1024;
+
+std::string ProcessFolderOf(const std::string& state_folder) {
+  return absl::StrCat(state_folder, "/processes");
+}
+
+// Waits for the end of processes that an earlier daemon left behind.
+absl::Status AwaitEarlierProcesses(const std::string& state_folder) {
+  constexpr std::chrono::seconds kPatience{10};  // the kernel ends them with their daemon
+  constexpr std::chrono::milliseconds kLook{5};
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    const std::vector<pid_t> running = FindRecorded(ProcessFolderOf(state_folder));
+    if (running.empty()) break;
+    if (std::chrono::steady_clock::now() > until) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          state_folder, ": processes of a weftd that has ended still run: ", absl::StrJoin(running, ", "),
+          "; end them, or wait for their end"));
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+  // Earlier versions left a lock with their processes.
+  const std::string path = ProcessFolderOf(state_folder);
+  const absl::Status taken = FileLock::Take(path, kPatience).status();
+  if (!absl::IsFailedPrecondition(taken)) return taken;
+  return absl::FailedPreconditionError(absl::StrCat(
+      path, ".lock: processes of a weftd that has ended still run; `fuser ", path, ".lock` names them"));
+}
+
+// Whether an unfinished job or operation reads a folder.
+std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
+  return [&parts](const std::string& folder) {
+    const std::vector<v1::Job> jobs = parts.queue->Unfinished();
+    return std::any_of(jobs.begin(), jobs.end(),
+                       [&](const v1::Job& job) {
+                         return job.spec().dump() == folder || job.spec().options().starts() == folder;
+                       }) ||
+           (parts.operation_queue && parts.operation_queue->Reads(folder));
+  };
+}
+
+absl::StatusOr<std::unique_ptr<Executor>> MakeLocalExecutor(const DaemonOptions& options,
+                                                            const CoreShare& share) {
+  LocalExecutorOptions executor_options;
+  executor_options.worker_program = options.worker_program;
+  executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
+  executor_options.workers = share.workers;
+  executor_options.worker_memory_mib = options.worker_memory_mib == 0
+                                           ? ShareMemoryMib(UsableMemoryMib(), share.workers)
+                                           : std::max<int64_t>(0, options.worker_memory_mib);
+  executor_options.process_folder = ProcessFolderOf(options.state_folder);
+  executor_options.worker_user = options.worker_user;
+  executor_options.allowed_paths = options.allow_paths;
+  executor_options.state_folder = options.state_folder;
+  executor_options.stop_grace = options.stop_grace;
+  executor_options.silence_limit = options.silence_limit;
+  // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
+  // folder again.
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(executor_options.task_folder, ignored)) {
+    std::filesystem::remove_all(entry.path(), ignored);
+  }
+  return LocalExecutor::Create(executor_options);
+}
+
+SlurmOptions SlurmOptionsOf(const DaemonOptions& options) {
+  SlurmOptions slurm = options.slurm;
+  if (slurm.worker_program.empty()) slurm.worker_program = options.worker_program;
+  slurm.allowed_paths = options.allow_paths;
+  slurm.state_folder = options.state_folder;
+  return slurm;
+}
+
+absl::StatusOr<std::unique_ptr<Executor>> MakeExecutor(const DaemonOptions& options, const CoreShare& share) {
+  if (options.slurm.folder.empty()) return MakeLocalExecutor(options, share);
+  return SlurmExecutor::Create(SlurmOptionsOf(options));
+}
+
+// Another daemon serves the state folder by now, so whatever this one writes damages it.
+void EndAtOnce() {
+  spdlog::critical(
+      "another weftd took the state folder while this one stood still for more than {} s; it ends without "
+      "writing anything",
+      HolderRecord::kStale.count());
+  spdlog::default_logger()->flush();
+  std::_Exit(EXIT_FAILURE);
+}
+
+// Begins with the end of an earlier daemon's processes, and the notices.
+absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
+                                                    Daemon::Parts& parts) {
+  absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
+      Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"), EndAtOnce);
+  if (!catalogue.ok()) return catalogue.status();
+  if (absl::Status ended = AwaitEarlierProcesses(options.state_folder); !ended.ok()) return ended;
+  auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);
+  if (!opened.ok()) return opened.status();
+  parts.notices = *std::move(opened);
+  for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
+  absl::StatusOr<std::unique_ptr<Executor>> executor = MakeExecutor(options, share);
+  if (!executor.ok()) return executor.status();
+  JobQueueOptions queue_options;
+  queue_options.threads_per_worker =
+      options.slurm.folder.empty() ? share.threads_per_worker : options.slurm.cpus_per_task;
+  queue_options.find_incomplete = options.find_incomplete;
+  queue_options.is_settled = [](const std::string& dump) {
+    return IsSettled(std::filesystem::path(dump).parent_path().string());
+  };
+  queue_options.endings = options.endings;
+  queue_options.max_of_one_caller = options.caller_limits.jobs;
+  queue_options.admit = [&parts] { return parts.drain->Admit(); };
+  queue_options.on_end = [&parts](const v1::Job& job) { return parts.notices->JobEnded(job); };
+  queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
+    absl::StatusOr<LoadedInputs> inputs = load(spec);
+    return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
+                       : inputs.status();
+  };
+  queue_options.results_folder = absl::StrCat(options.state_folder, "/results");
+  queue_options.is_read = IsReadBy(parts);
+  queue_options.warnings = TakeUpLostJobs(queue_options.results_folder, **catalogue);
+  for (const std::string& warning : queue_options.warnings) spdlog::warn("{}", warning);
+  return JobQueue::Create(*std::move(catalogue), *std::move(executor), std::move(queue_options));
+}
+
+// What an input of an operation is in the library.
+v1::ItemKind KindOfInput(const std::string& field) {
+  if (absl::EndsWith(field, ".rig")) return v1::ITEM_KIND_RIG;
+  if (absl::EndsWith(field, ".board")) return v1::ITEM_KIND_BOARD;
+  if (absl::EndsWith(field, ".template")) return v1::ITEM_KIND_TEMPLATE;
+  if (absl::EndsWith(field, ".avatar")) return v1::ITEM_KIND_AVATAR;
+  return v1::ITEM_KIND_DUMP;
+}
+
+}  // namespace
+
+TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
+                                        const Parts& parts) {
+  TakeKeeperOptions keeping;
+  keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
+  keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
+  keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
+  keeping.recorder_program = options.recorder_program;
+  keeping.resolve_take = InputsOf(options, policy, parts);
+  keeping.admit = [&parts] { return parts.drain->Admit(); };
+  keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
+  keeping.is_read = IsReadBy(parts);
+  return keeping;
+}
+
+ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts) {
+  return [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
+             const std::string& field, const std::string& value) -> absl::StatusOr<std::string> {
+    absl::string_view id = value;
+    if (absl::ConsumePrefix(&id, kJobPrefix)) {
+      const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
+      return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
+    }
+    if (absl::StartsWith(value, kLibraryPrefix)) {
+      const absl::StatusOr<HeldItem> item =
+          parts.library->Hold(KindOfInput(field), value.substr(sizeof(kLibraryPrefix) - 1));
+      return item.ok() ? absl::StatusOr<std::string>(item->path) : item.status();
+    }
+    absl::StatusOr<std::string> take = TakeOfName(takes_folder, value);
+    if (!take.ok()) return take;
+    if (*take == value) return policy.CheckInput(field, value);
+    if (TakeExists(*take)) return take;
+    return FieldError(absl::StatusCode::kNotFound,
+                      {field, absl::StrCat(value, ": no such take"), "`weft take list` shows the takes"});
+  };
+}
+
+OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
+                                           const Parts& parts) {
+  OperationQueueOptions operations;
+  operations.folder = absl::StrCat(options.state_folder, "/operations");
+  operations.program = options.command_program;
+  operations.admit = [&parts] { return parts.drain->Admit(); };
+  operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
+    return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
+  };
+  operations.take_exists = [state = options.state_folder](const std::string& id) {
+    return TakeExists(absl::StrCat(state, "/takes/", id)) || TakeExists(absl::StrCat(state, "/trash/", id));
+  };
+  operations.resolve = InputsOf(options, policy, parts);
+  operations.links = policy.links();
+  operations.readable_besides = [policy, state = options.state_folder] {
+    std::vector<std::string> readable = policy.AllowedButState();
+    for (const char* folder : {"/takes", "/results", "/library"}) readable.push_back(state + folder);
+    return readable;
+  };
+  operations.process_folder = ProcessFolderOf(options.state_folder);
+  if (options.worker_memory_mib >= 0) operations.memory_mib = ShareMemoryMib(UsableMemoryMib(), 2);
+  return operations;
+}
+
+absl::Status DaemonOptions::Validate() const {
+  if (state_folder.empty())
+    return absl::InvalidArgumentError(
+        "--state: must not be empty; give a folder, here or as `state` in the file of --config");
+  std::vector<std::pair<const char*, std::string>> addresses;
+  for (const std::string& text : listen) addresses.emplace_back("--listen", text);
+  if (!metrics_listen.empty()) addresses.emplace_back("--metrics", metrics_listen);
+  for (const auto& [option, text] : addresses) {
+    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
+    if (!address.ok()) return address.status();
+    if (address->kind != ListenKind::kNetwork) continue;
+    if (tls.certificate.empty() || tls.key.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(option, ": ", text,
+                       " can be reached from other machines, which needs TLS; give --tls-cert and "
+                       "--tls-key, or listen on 127.0.0.1"));
+    }
+    if (absl::Status status = CheckTlsFiles(tls); !status.ok()) return status;
+  }
+  if (workers < 0 || workers > kMaxWorkers) {
+    return absl::InvalidArgumentError(absl::StrCat("--workers: ", workers, ", must be 0 to ", kMaxWorkers));
+  }
+  if (threads_per_worker < 0 || threads_per_worker > kMaxWorkers) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
+  }
+  if (absl::Status status = notices.Validate(); !status.ok()) return status;
+  if (!slurm.folder.empty()) {
+    if (absl::Status status = SlurmOptionsOf(*this).Validate(); !status.ok()) return status;
+    if (!worker_user.empty()) {
+      return absl::InvalidArgumentError(
+          "--worker-user: tasks on a cluster run as the daemon's user; leave it out beside --slurm-folder");
+    }
+  }
+  return worker_user.empty() ? absl::OkStatus() : CheckWorkerUser(worker_user);
+}
+
+Daemon::Daemon() : parts_(std::make_unique<Parts>()) {}
+
+Daemon::~Daemon() { Stop(); }
+
+absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CreateFolders(options.state_folder); !status.ok()) return status;
+  options.state_folder = std::filesystem::canonical(options.state_folder).string();
+  absl::StatusOr<PathPolicy> policy = PathPolicy::Create(options.allow_paths, options.state_folder);
+  if (!policy.ok()) return policy.status();
+  options.allow_paths = policy->allowed();
+  // Takes, results and the list of clients are nobody else's.
+  std::error_code error;
+  std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
+  if (error) return WriteError(options.state_folder, error.value());
+
+  if (const std::string gaps = ConfinementGaps(); !gaps.empty()) spdlog::warn("{}", gaps);
+  if (options.reads_in_processes)
+    ReadInProcesses(options);
+  else
+    ConfineFunctions(options);
+  std::unique_ptr<Daemon> daemon(new Daemon());
+  const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
+  daemon->workers_ = share.workers;
+  daemon->threads_per_worker_ = share.threads_per_worker;
+  daemon->parts_->drain = std::make_unique<Drain>(options.on_drained);
+  auto queue = MakeQueue(options, share, *daemon->parts_);
+  if (!queue.ok()) return queue.status();
+  daemon->parts_->queue = *std::move(queue);
+  absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
+  if (!library.ok()) return library.status();
+  daemon->parts_->library = *std::move(library);
+
+  v1::ServerInfo info;
+  info.set_version(WEFT_VERSION);
+  info.set_workers(share.workers);
+  info.set_threads_per_worker(share.threads_per_worker);
+  info.mutable_allowed_paths()->Assign(policy->allowed().begin(), policy->allowed().end());
+  info.set_state_folder(options.state_folder);
+  info.set_started_unix_ns(HostTime_ns());
+  Parts& parts = *daemon->parts_;
+  auto session_keeper = SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions"));
+  if (!session_keeper.ok()) return session_keeper.status();
+  parts.session_keeper = *std::move(session_keeper);
+  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, *policy, parts));
+  auto operations = OperationQueue::Create(OperationsOf(options, *policy, parts));
+  if (!operations.ok()) return operations.status();
+  parts.operation_queue = *std::move(operations);
+  parts.take_keeper->Begin();
+  const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
+    return CallerOf(context, *parts.access);
+  };
+  parts.operations = std::make_unique<OperationService>(*parts.operation_queue, caller);
+  parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
+  parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library,
+                                                    *policy, caller);
+  parts.takes =
+      std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue, caller);
+  if (absl::Status status = daemon->KnowCallers(options); !status.ok()) return status;
+  parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, *std::move(policy),
+                                                            absl::StrCat(options.state_folder, "/results"),
+                                                            options.load_inputs, caller});
+  parts.server_info = std::make_unique<ServerService>(
+      *parts.queue, *parts.drain, info, [&parts](const v1::RehearseRetentionRequest& request) {
+        return parts.retention->Rehearse(request.rules(), request.ahead_days());
+      });
+  parts.library_service = std::make_unique<LibraryService>(
+      *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item, caller);
+  daemon->BeginRetention(options);
+  if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
+  return daemon;
+}
+
+void Daemon::SetNotices(const NoticeOptions& notices) { parts_->notices->SetOptions(notices); }
+
+void Daemon::Stop() {
+  std::call_once(parts_->stopped, [this] {
+    parts_->retention.reset();
+    parts_->console.reset();
+    if (parts_->connections) parts_->connections->Stop();
+    parts_->metrics_page.reset();
+    parts_->health.reset();
+    if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
+    if (parts_->drain) parts_->drain->Stop();
+    if (parts_->queue) parts_->queue->Stop();
+    if (parts_->take_keeper) parts_->take_keeper->Stop();
+    if (parts_->operation_queue) parts_->operation_queue->Stop();
+    if (parts_->server) {
+      constexpr std::chrono::seconds kGrace{2};
+      parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
+      parts_->server->Wait();
+      parts_->poller.reset();
+    }
+  });
+}
+
+}  // namespace weft

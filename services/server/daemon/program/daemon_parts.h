@@ -1,0 +1,65 @@
+// What a daemon is made of. Only for its own source files.
+#pragma once
+
+#include <grpcpp/server.h>
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "services/server/console/console.h"
+#include "services/server/daemon/door/connections.h"
+#include "services/server/daemon/door/poller.h"
+#include "services/server/daemon/program/daemon.h"
+#include "services/server/daemon/program/drain.h"
+#include "services/server/daemon/program/health.h"
+#include "services/server/daemon/program/metrics.h"
+#include "services/server/daemon/program/metrics_page.h"
+#include "services/server/daemon/program/retention_keeper.h"
+#include "services/server/daemon/program/server_service.h"
+#include "services/server/daemon/studio/camera_service.h"
+#include "services/server/daemon/studio/session_keeper.h"
+#include "services/server/daemon/studio/session_service.h"
+#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/take_service.h"
+#include "services/server/daemon/work/job_queue.h"
+#include "services/server/daemon/work/job_service.h"
+#include "services/server/daemon/work/library_service.h"
+#include "services/server/daemon/work/operation_queue.h"
+#include "services/server/daemon/work/operation_service.h"
+
+namespace weft {
+
+// In the order in which they depend on each other.
+struct Daemon::Parts {
+  std::unique_ptr<AccessControl> access;
+  std::unique_ptr<CallLimits> limits;
+  std::unique_ptr<AuditLog> audit;
+  ReceiveGuard guard;
+  std::unique_ptr<RevocationList> revocations;  // null: none is asked
+  std::unique_ptr<EndNotices> notices;
+  std::unique_ptr<Drain> drain;
+  std::unique_ptr<JobQueue> queue;
+  std::unique_ptr<Library> library;
+  std::unique_ptr<JobService> jobs;
+  std::unique_ptr<ServerService> server_info;
+  std::unique_ptr<SessionKeeper> session_keeper;
+  std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<OperationQueue> operation_queue;
+  std::unique_ptr<CameraService> cameras;
+  std::unique_ptr<OperationService> operations;
+  std::unique_ptr<SessionService> sessions;
+  std::unique_ptr<TakeService> takes;
+  std::unique_ptr<LibraryService> library_service;
+  std::unique_ptr<RetentionKeeper> retention;
+  std::unique_ptr<Connections> connections;
+  std::unique_ptr<Poller> poller;
+  std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<HealthWatch> health;
+  std::unique_ptr<Metrics> metrics;
+  std::unique_ptr<MetricsPage> metrics_page;  // null: nobody asked for one
+  std::unique_ptr<Console> console;           // null: the same
+  std::once_flag stopped;
+};
+
+}  // namespace weft

@@ -1,0 +1,343 @@
+// `weftd`: the daemon.
+#include <CLI/CLI.hpp>
+
+#include <grpc/support/log.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/file_size.h"
+#include "services/ground/process/help.h"
+#include "services/ground/process/program_beside.h"
+#include "services/server/daemon/program/config_file.h"
+#include "services/server/daemon/program/daemon.h"
+#include "services/server/daemon/program/daemon_life.h"
+
+namespace {
+
+// Of an installation, or of a build tree. Empty: it was built without them.
+std::string ConsoleFiles() {
+  for (const char* place : {"../share/weft/console", "../console/dist"}) {
+    const std::filesystem::path folder = std::filesystem::path(weft::ProgramBeside(place)).lexically_normal();
+    std::error_code error;
+    if (std::filesystem::exists(folder / "index.html", error)) return folder.string();
+  }
+  return "";
+}
+
+void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
+  app.add_option("--tls-cert", tls.certificate, "Certificate of the daemon, with its chain, PEM")
+      ->type_name("FILE");
+  app.add_option("--tls-key", tls.key, "Its key, PEM, closed to other users")->type_name("FILE");
+  app.add_option(
+         "--tls-client-ca", tls.client_authority,
+         "Certificates of the authority that vouches for clients, PEM. Clients may then show a certificate "
+         "instead of a token; `weft access certificate` gives its owner a role")
+      ->type_name("FILE");
+  app.add_option("--tls-client-crl", tls.client_revocations,
+                 "The authority's list of revoked certificates, PEM")
+      ->type_name("FILE");
+}
+
+void AddNoticeOptions(CLI::App& app, weft::NoticeOptions& notices) {
+  app.add_option("--on-end-command", notices.program,
+                 "Program to run when a take or a job has ended, without a shell; its standard input has the "
+                 "notice as JSON (weft.v1.EndNotice)")
+      ->type_name("FILE");
+  app.add_option("--on-end-timeout-s", notices.program_timeout_s, "The program is ended after so long")
+      ->type_name("S")
+      ->check(CLI::Range(1.0, 86400.0));
+  app.add_option(
+         "--on-end-url", notices.server.url,
+         "Where to post the same notice, by https, or by http on this machine; repeated until the answer is "
+         "2xx, or for --keep-notices-days")
+      ->type_name("URL");
+  app.add_option(
+         "--on-end-secret", notices.server.secret_file,
+         "File of a secret, closed to other users, which signs the posts: the header X-Weft-Signature is "
+         "\"sha256=\" and the HMAC-SHA256 of the body in hex")
+      ->type_name("FILE");
+  app.add_option("--on-end-ca", notices.server.authority,
+                 "Certificates that vouch for the server, PEM; those of this machine where it is left out")
+      ->type_name("FILE");
+}
+
+void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
+  app.add_option(
+         "--slurm-folder", slurm.folder,
+         "Run tasks on a cluster by Slurm instead of on this machine. A folder for their files and logs, of "
+         "this daemon alone, which the nodes see, too")
+      ->type_name("DIR");
+  app.add_option("--slurm-tasks", slurm.tasks, "Tasks that may run at once; 0: as many as Slurm lets")
+      ->type_name("N")
+      ->check(CLI::Range(0, 100'000));
+  app.add_option("--slurm-frames-per-task", slurm.frames_per_task,
+                 "Frames of a task; `weft job plan` recommends a number")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000));
+  app.add_option("--slurm-cpus-per-task", slurm.cpus_per_task, "Cores of a task, one thread each")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--slurm-memory-mib", slurm.memory_mib,
+                 "Memory of a task; 0: 4096 at first, then half as much again as the largest one took")
+      ->type_name("MIB")
+      ->check(CLI::Range(int64_t{0}, int64_t{1} << 30));
+  app.add_option("--slurm-time-limit-min", slurm.time_limit_min,
+                 "Time limit of a task; 0: that of its partition")
+      ->type_name("MIN")
+      ->check(CLI::Range(0, 365 * 24 * 60));
+  app.add_option("--slurm-partition", slurm.partition, "Partition; that of the cluster where it is left out")
+      ->type_name("NAME");
+  app.add_option("--slurm-account", slurm.account, "Account")->type_name("NAME");
+  app.add_option("--slurm-qos", slurm.qos, "Quality of service")->type_name("NAME");
+  app.add_option("--slurm-option", slurm.extra,
+                 "Further option of sbatch, with its value in one word; may be given several times")
+      ->type_name("OPTION");
+  app.add_option("--slurm-worker", slurm.worker_program,
+                 "The worker's program as nodes see it; --worker where it is left out")
+      ->type_name("FILE");
+  app.add_option("--slurm-setup", slurm.setup_file,
+                 "Lines of shell that run on the node before the worker, for example `module load`")
+      ->type_name("FILE");
+  app.add_option("--slurm-map-path", slurm.mapped_paths,
+                 "HERE=THERE: nodes see the folder HERE as THERE; may be given several times")
+      ->type_name("PATHS");
+  app.add_option(
+         "--slurm-scratch", slurm.scratch_folder,
+         "Folder on a disk of each node, for copies of the images that a task reads. Without it, images "
+         "are read from where they lie")
+      ->type_name("DIR");
+  app.add_option("--slurm-scratch-mib", slurm.scratch_mib,
+                 "Quota of a task in the folder of --slurm-scratch; two frames at least should fit")
+      ->type_name("MIB")
+      ->check(CLI::Range(int64_t{1}, int64_t{1} << 30));
+  app.add_option("--slurm-lag-s", slurm.lag_s,
+                 "How late nodes and this machine may see each other's files in --slurm-folder")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 3600.0));
+  app.add_option(
+         "--slurm-query-s", slurm.query_s,
+         "How long a task may be silent before Slurm is asked about it, and between two such questions. "
+         "A controller that serves few jobs bears 1")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0));
+}
+
+void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
+  app.add_option(
+         "--console", options.console_listen,
+         "Serve the console at http://HOST:PORT/, or https where other machines reach it. Whoever opens it "
+         "shows a token once")
+      ->type_name("HOST:PORT");
+  app.add_option(
+         "--console-host", options.console_hosts,
+         "Name of this machine that browsers may ask for, besides its host name and addresses; may be given "
+         "several times")
+      ->type_name("NAME");
+  app.add_option("--console-files", options.console_files,
+                 "Folder of the console's built pages; those installed unless given, none where empty")
+      ->type_name("DIR");
+}
+
+// Days are those that a daemon has seen.
+void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
+  const auto add = [&app](const char* name, double& value, const char* unit, const char* what) {
+    // CLI::Range takes what is no number.
+    app.add_option(name, value, what)->type_name(unit)->check([](const std::string& text) {
+      double number = -1;
+      const bool is_right = absl::SimpleAtod(text, &number) && number >= 0 && number <= weft::kMostRule;
+      return is_right ? std::string() : absl::StrCat("Value ", text, " is out of range; give 0 to 1e9");
+    });
+  };
+  add("--keep-takes-days", rules.keep_takes_days, "DAYS",
+      "Takes that are older go to the trash, unless they are pinned; 0 keeps them. Days in which no daemon "
+      "ran make nothing older, nor does a clock that jumps; `weft daemon retention --dry-run` rehearses");
+  add("--keep-trash-days", rules.keep_trash_days, "DAYS",
+      "Takes are in the trash for so long before they are removed for good; ended operations are kept as "
+      "long");
+  add("--takes-quota-gib", rules.takes_quota_gib, "GIB",
+      "Beyond this the oldest takes go, the trash first, unless they are pinned; 0 sets no limit");
+  add("--least-free-gib", rules.least_free_gib, "GIB",
+      "The same when takes leave less of the disk free. What others write costs no take, and uploads are "
+      "refused below it; 0 removes nothing for its sake");
+  add("--least-trash-hours", rules.least_trash_hours, "HOURS",
+      "Takes stay in the trash for so long however little room there is");
+  add("--keep-jobs-days", rules.keep_jobs_days, "DAYS",
+      "Jobs that ended longer ago are forgotten, with results in the state folder; results that lie "
+      "elsewhere stay; 0 keeps all");
+  add("--keep-uploads-days", rules.keep_uploads_days, "DAYS",
+      "Uploads to which nothing came for so long are removed");
+  add("--keep-notices-days", rules.keep_notices_days, "DAYS",
+      "Notices that nobody took for so long are given up");
+}
+
+void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
+  app.option_defaults()->always_capture_default();
+  app.add_option(
+         "--listen", options.listen,
+         "unix:PATH or HOST:PORT to listen on; port 0 takes a free one; may be given several times. The "
+         "default is unix:STATE/weftd.sock. The daemon's user and root may do everything there and on "
+         "loopback; all others need a token or a certificate (`weft access`). Beyond this machine it "
+         "needs --tls-cert and --tls-key")
+      ->type_name("ADDRESS");
+  AddTlsOptions(app, options.tls);
+  app.add_option(
+         "--metrics", options.metrics_listen,
+         "Serve metrics for Prometheus at http://HOST:PORT/metrics, or https where other machines reach it. "
+         "Whoever asks shows a token of the role viewer")
+      ->type_name("HOST:PORT");
+  AddConsoleOptions(app, options);
+  app.add_option("--state", options.state_folder,
+                 "Folder for the list of jobs, and for results whose folder is not shared; must be given")
+      ->type_name("DIR");
+  app.add_option(
+         "--allow-path", options.allow_paths,
+         "Folder that jobs may read from and write to; may be given several times, must be given once")
+      ->type_name("DIR");
+  app.add_option("--workers", options.workers, "Worker processes; 0 chooses by the number of cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--threads-per-worker", options.threads_per_worker,
+                 "Threads of each worker; 0 chooses by the number of cores")
+      ->type_name("T")
+      ->check(CLI::Range(0, 1024));
+  app.add_option(
+         "--worker-memory-mib", options.worker_memory_mib,
+         "Memory of each worker, beyond which its frame fails; 0 shares the machine's among the "
+         "workers, 4096 at the least; -1 sets no limit. Commands of operations have half the machine's")
+      ->type_name("MIB")
+      ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
+  app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
+  app.add_option("--worker-user", options.worker_user,
+                 "User whom the workers run as; needs a daemon that root started")
+      ->type_name("NAME");
+  AddSlurmOptions(app, options.slurm);
+  app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
+  app.add_option("--command", options.command_program, "The program `weft`, for operations")
+      ->type_name("FILE");
+  AddRetentionOptions(app, options.retention);
+  AddNoticeOptions(app, options.notices);
+  app.add_option("--address-file", options.address_file,
+                 "Write the addresses here once the daemon listens, a line each")
+      ->type_name("FILE");
+  app.add_option("--log-level", log_level, "How much to log, on standard error")
+      ->type_name("LEVEL")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+}
+
+// What gRPC has to say about its inner life goes into our log.
+void LogGrpc(gpr_log_func_args* args) {
+  const auto level = args->severity == GPR_LOG_SEVERITY_ERROR ? spdlog::level::warn : spdlog::level::debug;
+  spdlog::log(level, "grpc: {}", args->message);
+}
+
+// The text of a message on one line, whatever it quotes.
+class PlainMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const std::string text =
+        weft::EscapedText(weft::MessageText({message.payload.data(), message.payload.size()}));
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PlainMessage>(); }
+};
+
+void BeginLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PlainMessage>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %*");
+  spdlog::set_formatter(std::move(formatter));
+}
+
+int Fail(const absl::Status& status) {
+  spdlog::error("{}", std::string(status.message()));
+  return weft::ExitStatusOf(status);
+}
+
+// The options, and what was given for them.
+struct Program {
+  Program();
+
+  CLI::App app;
+  weft::DaemonSetup setup;
+  bool prints_config = false;
+};
+
+Program::Program()
+    : app("Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
+          "submits, `weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next "
+          "start.",
+          "weftd") {
+  app.formatter(weft::MakeHelpFormatter());
+  app.footer(
+      "Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data\n"
+      "  weftd --config /etc/weft/weftd.txtpb");
+  app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
+  weft::DaemonOptions& options = setup.options;
+  options.worker_program = weft::ProgramBeside("weft-worker");
+  options.recorder_program = weft::ProgramBeside("weft-recorder");
+  options.command_program = weft::ProgramBeside("weft");
+  options.reads_in_processes = true;
+  app.add_option("--config", setup.config_file,
+                 "Read options from here that no argument gives; SIGHUP reads it again")
+      ->type_name("FILE");
+  app.add_flag("--print-config", prints_config, "Print all options as a file for --config, and exit");
+  AddOptions(app, options, setup.log_level);
+}
+
+absl::Status ReadConfig(Program& program) {
+  if (!program.setup.config_file.empty()) {
+    const absl::Status status = weft::ApplyConfigFile(program.setup.config_file, program.app);
+    if (!status.ok()) return status;
+  }
+  program.setup.settings = weft::SettingsOf(program.app);
+  if (program.app.count("--console-files") == 0) program.setup.options.console_files = ConsoleFiles();
+  return absl::OkStatus();
+}
+
+// For arguments that were read before.
+absl::StatusOr<weft::DaemonSetup> ReadAgain(int argc, char** argv) {
+  Program program;
+  try {
+    program.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return absl::InvalidArgumentError(error.what());
+  }
+  if (absl::Status status = ReadConfig(program); !status.ok()) return status;
+  if (absl::Status status = program.setup.options.Validate(); !status.ok()) return status;
+  return program.setup;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  weft::FailBeyondFileSize();
+  Program program;
+  try {
+    program.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
+  }
+  BeginLog();
+  if (const absl::Status status = ReadConfig(program); !status.ok()) return Fail(status);
+  if (program.prints_config) {
+    std::fputs(weft::ConfigFileText(program.app).c_str(), stdout);
+    return weft::kExitDone;
+  }
+  spdlog::set_level(spdlog::level::from_str(program.setup.log_level));
+  gpr_set_log_function(LogGrpc);
+  try {
+    const absl::Status status = weft::RunDaemon(program.setup, [=] { return ReadAgain(argc, argv); });
+    return status.ok() ? weft::kExitDone : Fail(status);
+  } catch (const std::exception& error) {
+    return Fail(absl::InternalError(error.what()));
+  }
+}

@@ -1,0 +1,74 @@
+// Removes what the retention says, slowly, and says so beforehand.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/server/access/audit_log.h"
+#include "services/server/retention/retention_policy.h"
+
+namespace weft {
+
+// Things of some kinds, with whoever holds them.
+struct RetentionSource {
+  std::set<v1::HoldingKind> kinds;
+  std::chrono::seconds longest_pause{60};  // between two looks; less where things are kept for less
+  std::function<std::vector<Holding>()> list;
+  // Whether it must wait, which Holding.kept does not say yet.
+  std::function<bool(const RetentionStep& step)> is_in_use = [](const RetentionStep&) { return false; };
+  std::function<absl::Status(const RetentionStep& step)> carry;
+};
+
+struct RetentionKeeperOptions {
+  std::string state_file;    // a RetentionState
+  std::string takes_folder;  // on the disk that shall keep room
+  RetentionRules rules;
+  std::vector<RetentionSource> sources;
+};
+
+// Each step is a line of the audit log before it is done; where the log takes none, it waits. Sources and log
+// must outlive it. Thread safety: any thread may call any function.
+class RetentionKeeper {
+ public:
+  RetentionKeeper(RetentionKeeperOptions options, AuditLog& audit);
+  ~RetentionKeeper();
+
+  void SetRules(const RetentionRules& rules);
+  // What would go within so many days, by these rules instead of those in force.
+  v1::RetentionRehearsal Rehearse(const v1::RetentionRules& rules, double ahead_days);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Lock = std::unique_lock<std::mutex>;
+
+  void Work(const std::stop_token& stop);
+  void PassTime();  // with the lock
+  void Tell(const std::vector<std::string>& notes);
+  void Look(const RetentionSource& source, const std::stop_token& stop);
+  bool Record(const RetentionStep& step, const absl::Status& status);
+  void Save();
+  std::chrono::milliseconds PauseOf(const RetentionSource& source) const;
+  uint64_t FreeBytes() const;
+
+  const RetentionKeeperOptions options_;
+  AuditLog& audit_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  RetentionPolicy policy_;
+  bool hurry_ = false;                  // the rules changed
+  std::deque<v1::RetentionStep> done_;  // newest first
+  std::set<std::string> told_;          // notes of the last looks, without their numbers
+  std::string save_trouble_;
+  std::jthread worker_;
+};
+
+}  // namespace weft

@@ -1,0 +1,119 @@
+#include "services/server/daemon/studio/camera_service.h"
+
+#include <map>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "services/server/daemon/calls/answer.h"
+#include "services/server/rpc/error_detail.h"
+#include "services/studio/recording/camera_list.h"
+#include "services/studio/recording/session_file.h"
+#include "services/studio/recording/take_look.h"
+
+namespace weft {
+namespace {
+
+constexpr int kMostWidth_px = 4096;
+
+absl::Status BadLook(const std::string& field, const std::string& problem, const std::string& remedy) {
+  return FieldError(absl::StatusCode::kInvalidArgument, {field, problem, remedy});
+}
+
+absl::Status CheckLookRequest(const v1::LookAtCamerasRequest& request) {
+  const int named = static_cast<int>(request.has_cameras()) + static_cast<int>(!request.lease().empty()) +
+                    static_cast<int>(!request.take_id().empty());
+  if (named != 1) {
+    return BadLook("cameras", absl::StrCat(named, " of cameras, lease and take_id are given"),
+                   "give one of them");
+  }
+  if (!request.frame().empty() && request.take_id().empty())
+    return BadLook("frame", "is given without a take", "leave it out, or give take_id");
+  if (request.width_px() >= 0 && request.width_px() <= kMostWidth_px) return absl::OkStatus();
+  return BadLook("width_px", absl::StrCat(request.width_px(), " is out of range"),
+                 absl::StrCat("give 1 to ", kMostWidth_px, ", or 0"));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Session> CameraService::SessionOf(const v1::LookAtCamerasRequest& request) {
+  v1::Session cameras = request.cameras();
+  std::string session_id;
+  if (!request.lease().empty()) {
+    absl::StatusOr<v1::CaptureSession> session = sessions_.Renew(request.lease());
+    if (!session.ok()) return session.status();
+    cameras = session->cameras();
+    session_id = session->id();
+  }
+  if (!request.camera_id().empty()) {
+    v1::Session all = cameras;
+    cameras.clear_cameras();
+    for (const v1::SessionCamera& camera : all.cameras()) {
+      if (camera.id() == request.camera_id()) *cameras.add_cameras() = camera;
+    }
+    if (cameras.cameras().empty()) {
+      return BadLook("camera_id", absl::StrCat("no camera \"", request.camera_id(), "\""),
+                     "give the id of a camera");
+    }
+    cameras.mutable_cameras(0)->set_unsynchronized(false);  // alone it has nothing to be compared with
+  }
+  if (absl::Status status = CheckSession(cameras, "cameras"); !status.ok()) return status;
+  if (absl::Status status = sessions_.CheckCamerasAreFree("cameras.cameras", cameras, session_id);
+      !status.ok()) {
+    return status;
+  }
+  return cameras;
+}
+
+absl::StatusOr<std::vector<v1::CameraLook>> CameraService::Look(const v1::LookAtCamerasRequest& request) {
+  if (absl::Status status = CheckLookRequest(request); !status.ok()) return status;
+  TakeLookOptions options;
+  if (request.width_px() > 0) options.width_px = request.width_px();
+  if (!request.take_id().empty()) {
+    options.camera_id = request.camera_id();
+    options.frame = request.frame();
+    const absl::StatusOr<v1::RecordedTake> take = takes_.Get(request.take_id());
+    if (!take.ok()) return take.status();
+    return LookAtTake(take->folder(), options);
+  }
+  const absl::StatusOr<v1::Session> session = SessionOf(request);
+  if (!session.ok()) return session.status();
+  absl::StatusOr<std::vector<v1::CameraLook>> looks;
+  const absl::Status filmed =
+      takes_.FilmBriefly(*session, [&](const std::string& take) { looks = LookAtTake(take, options); });
+  if (!filmed.ok()) return filmed;
+  return looks;
+}
+
+grpc::Status CameraService::ListCameras(grpc::ServerContext*, const v1::ListCamerasRequest*,
+                                        v1::CameraList* list) {
+  return Answer("ListCameras", [&] {
+    *list = weft::ListCameras();
+    std::map<std::string, std::string> users = sessions_.UsersOfDevices();
+    for (const auto& [device, user] : takes_.UsersOfDevices()) {
+      std::string& all = users[device];
+      all = all.empty() ? user : absl::StrCat(user, ", ", all);
+    }
+    for (v1::ListedCamera& camera : *list->mutable_cameras()) {
+      // A session may name it in any of these ways.
+      for (const std::string& name : {camera.device(), camera.serial(), camera.bus(), camera.model()}) {
+        const auto user = name.empty() ? users.end() : users.find(name);
+        if (user != users.end()) camera.set_used_by(user->second);
+      }
+    }
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status CameraService::LookAtCameras(grpc::ServerContext*, const v1::LookAtCamerasRequest* request,
+                                          grpc::ServerWriter<v1::CameraLook>* writer) {
+  return Answer("LookAtCameras", [&]() -> absl::Status {
+    const absl::StatusOr<std::vector<v1::CameraLook>> looks = Look(*request);
+    if (!looks.ok()) return looks.status();
+    for (const v1::CameraLook& look : *looks) {
+      if (!writer->Write(look)) return absl::CancelledError("the client went away");
+    }
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,309 @@
+#include "services/server/daemon/studio/take_keeper.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "base/timed_id.h"
+#include "capture/file/plain_text.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/server/callers/owners.h"
+#include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/studio/take_folder.h"
+#include "services/server/rpc/error_detail.h"
+#include "services/server/rpc/page.h"
+#include "services/studio/recorder/recorder_files.h"
+#include "services/studio/recorder/recorder_process.h"
+#include "services/studio/recording/session_file.h"
+#include "services/studio/recording/take_description.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::Status NoSuchTake(const std::string& id) {
+  return absl::NotFoundError(absl::StrCat("no take \"", id, "\"; `weft take list` shows the takes"));
+}
+
+class RemovedFolder {
+ public:
+  explicit RemovedFolder(std::string folder) : folder_(std::move(folder)) {}
+  RemovedFolder(const RemovedFolder&) = delete;
+  RemovedFolder& operator=(const RemovedFolder&) = delete;
+  ~RemovedFolder() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+
+ private:
+  const std::string folder_;
+};
+
+// What a daemon that was killed left there; its recorders end by themselves.
+void RemoveOldLooks(const std::string& looks_folder) {
+  for (const std::string& id : TakesIn(looks_folder)) {
+    const std::string folder = absl::StrCat(looks_folder, "/", id);
+    const absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
+    if (!view.ok() || !view->lives) const RemovedFolder removed(folder);
+  }
+}
+
+// Of a recorder that films for a moment; one that takes much longer is told to stop.
+absl::StatusOr<RecorderView> WaitForEnd(const std::string& folder) {
+  constexpr std::chrono::milliseconds kPause{50};
+  constexpr int kPatience = 1200, kMorePatience = 400;  // pauses
+  for (int pauses = 0;; ++pauses) {
+    absl::StatusOr<RecorderView> view = RecoverIfDead(folder);
+    if (!view.ok() || !view->lives) return view;
+    if (pauses == kPatience) {
+      if (absl::Status status = StopRecorder(folder); !status.ok()) return status;
+    } else if (pauses > kPatience + kMorePatience) {
+      return absl::DeadlineExceededError("the cameras delivered nothing, and their recorder does not end");
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
+// Of the name that absl gives the code.
+absl::StatusCode CodeOf(const std::string& name) {
+  for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code) {
+    if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == name) {
+      return static_cast<absl::StatusCode>(code);
+    }
+  }
+  return absl::StatusCode::kInternal;
+}
+
+}  // namespace
+
+void TakeKeeper::Begin() {
+  background_ = std::jthread([this](const std::stop_token& stop) { WorkInBackground(stop); });
+}
+
+void TakeKeeper::Stop() {
+  background_.request_stop();
+  if (background_.joinable()) background_.join();
+}
+
+void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(starting_);
+    RemoveOldLooks(options_.looks_folder);
+  }
+  constexpr std::chrono::seconds kPeriod{1};
+  std::set<std::string> known;
+  std::mutex mutex;
+  std::condition_variable_any asked;
+  std::unique_lock lock(mutex);
+  while (!stop.stop_requested()) {
+    CloseDead(known);
+    asked.wait_for(lock, stop, kPeriod, [] { return false; });
+  }
+}
+
+// `known`: those that have ended, and those of which nobody need be told once more.
+void TakeKeeper::CloseDead(std::set<std::string>& known) {
+  for (const std::string& id : TakesIn(options_.takes_folder)) {
+    if (known.contains(id)) continue;
+    const absl::StatusOr<v1::RecordedTake> take = Get(id);
+    if (take.ok() && !take->recorder_lives()) {
+      const absl::Status told = TellEnd(*take);
+      if (told.ok()) known.insert(id);
+      if (!told.ok() && known.insert(id + "!").second) {
+        spdlog::warn("take {}: its end is told later: {}", id, EscapedText(std::string(told.message())));
+      }
+    }
+    if (!take.ok() && known.insert(id + "?").second) {
+      spdlog::warn("{}", EscapedText(std::string(take.status().message())));
+    }
+  }
+}
+
+absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
+  const std::string mark = EndToldFile(FolderOf(take.id()));
+  if (fs::exists(mark)) return absl::OkStatus();
+  const v1::TakeKeeping& keeping = take.keeping();
+  if (!keeping.slate().empty() || !keeping.name().empty() || !keeping.notes().empty()) DescribeInTake(take);
+  if (absl::Status status = options_.on_end(take); !status.ok()) return status;
+  return WriteFileAtomically(mark, "");
+}
+
+std::map<std::string, v1::Session> TakeKeeper::LivingSessions() const {
+  std::map<std::string, v1::Session> sessions;
+  for (const std::string& id : TakesIn(options_.takes_folder)) {
+    const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
+    if (take.ok() && take->lives) sessions[id] = take->request.session();
+  }
+  return sessions;
+}
+
+std::map<std::string, std::string> TakeKeeper::UsersOfDevices() const {
+  std::map<std::string, std::string> users;
+  for (const auto& [id, session] : LivingSessions()) {
+    for (const std::string& device : DevicesOf(session)) users[device] = absl::StrCat("take ", id);
+  }
+  return users;
+}
+
+std::set<std::string> TakeKeeper::ReplayedTakes() const {
+  std::set<std::string> folders;
+  for (const auto& [id, session] : LivingSessions()) folders.merge(ReplayedTakesOf(session));
+  return folders;
+}
+
+absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1::Session& session) const {
+  const std::map<std::string, std::string> users = UsersOfDevices();
+  for (const std::string& device : DevicesOf(session)) {
+    const auto user = users.find(device);
+    if (user == users.end()) continue;
+    return FieldError(
+        absl::StatusCode::kFailedPrecondition,
+        {field, absl::StrCat("camera ", device, " films ", user->second), "stop that take first"});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& session) const {
+  for (v1::SessionCamera& camera : *session.mutable_cameras()) {
+    if (!camera.has_replay()) continue;
+    absl::StatusOr<std::string> take =
+        options_.resolve_take(absl::StrCat(field, ".", camera.id(), ".replay.take"), camera.replay().take());
+    if (!take.ok()) return take.status();
+    camera.mutable_replay()->set_take(*std::move(take));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& asked) {
+  if (absl::Status status = CheckKey(asked.idempotency_key()); !status.ok()) return status;
+  v1::StartTakeRequest request = asked;
+  if (absl::Status status =
+          ResolveReplays("recording.session.cameras", *request.mutable_recording()->mutable_session());
+      !status.ok()) {
+    return status;
+  }
+  const std::lock_guard lock(starting_);
+  std::string id = request.idempotency_key();
+  if (id.empty()) id = NewTimedId();
+  const std::string folder = FolderOf(id);
+  if (const absl::StatusOr<RecorderView> known = LookAtRecorder(folder); known.ok()) {
+    if (!IsSameAccount(known->request.started_by(), request.recording().started_by()))
+      return KeyOfSomebodyElse();
+    // One account may have several tokens.
+    request.mutable_recording()->set_started_by(known->request.started_by());
+    if (known->request.SerializeAsString() == request.recording().SerializeAsString()) return Get(id);
+    return FieldError(absl::StatusCode::kAlreadyExists,
+                      {"idempotency_key", absl::StrCat("take ", id, " was started with another request"),
+                       "choose a new key"});
+  }
+  if (TakeExists(TrashOf(id))) {
+    return FieldError(absl::StatusCode::kAlreadyExists,
+                      {"idempotency_key", absl::StrCat("take ", id, " is in the trash"), "choose a new key"});
+  }
+  if (absl::Status status = options_.admit(); !status.ok()) return status;
+  if (absl::Status status = CheckCamerasAreFree("recording.session.cameras", request.recording().session());
+      !status.ok()) {
+    return status;
+  }
+  {
+    // A recorder that does not live yet is no dead one.
+    const std::lock_guard unchanged(changing_);
+    if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+    if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
+        !status.ok()) {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);  // nothing was recorded
+      return status;
+    }
+  }
+  spdlog::info("take {} is recorded to {}", id, RecorderFiles(folder).take);
+  return Get(id);
+}
+
+absl::Status TakeKeeper::FilmBriefly(const v1::Session& asked,
+                                     const std::function<void(const std::string& take)>& use) {
+  v1::Session session = asked;
+  if (absl::Status status = ResolveReplays("cameras.cameras", session); !status.ok()) return status;
+  const std::lock_guard lock(starting_);
+  if (absl::Status status = CheckCamerasAreFree("cameras.cameras", session); !status.ok()) return status;
+  const std::string folder = absl::StrCat(options_.looks_folder, "/", NewTimedId());
+  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  const RemovedFolder removed(folder);
+  v1::RecorderRequest request;
+  *request.mutable_session() = session;
+  request.set_seconds(std::max(1.0, session.fps() > 0 ? 3 / session.fps() : 0));
+  request.set_no_disk_test(true);
+  if (absl::Status status = StartRecorder(options_.recorder_program, folder, request); !status.ok())
+    return status;
+  const absl::StatusOr<RecorderView> ended = WaitForEnd(folder);
+  if (!ended.ok()) return ended.status();
+  if (ended->state.phase() != v1::RECORDER_PHASE_ENDED) {
+    return absl::Status(CodeOf(ended->state.error_code()), ended->state.message());
+  }
+  use(RecorderFiles(folder).take);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Get(const std::string& id) {
+  const std::lock_guard lock(changing_);
+  return GetLocked(id);
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::GetLocked(const std::string& id) {
+  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  if (!TakeExists(FolderOf(id))) {
+    if (!TakeExists(TrashOf(id))) return NoSuchTake(id);
+    return FieldError(absl::StatusCode::kNotFound, {"take_id", absl::StrCat("take ", id, " is in the trash"),
+                                                    "RestoreTake brings it back"});
+  }
+  absl::StatusOr<RecorderView> view = RecoverIfDead(FolderOf(id));
+  if (!view.ok()) return view.status();
+  return DescribeTakeFolder(id, FolderOf(id), *std::move(view));
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Stop(const std::string& id) {
+  const absl::StatusOr<v1::RecordedTake> known = Get(id);
+  if (!known.ok()) return known;
+  if (absl::Status status = StopRecorder(FolderOf(id)); !status.ok()) return status;
+  return Get(id);
+}
+
+v1::ListTakesResponse TakeKeeper::List(const v1::ListTakesRequest& request, size_t limit) {
+  const bool trash = request.trash();
+  v1::ListTakesResponse response;
+  Page page(limit);
+  for (const std::string& id : TakesIn(trash ? options_.trash_folder : options_.takes_folder)) {
+    if (!request.page_token().empty() && id >= request.page_token()) continue;
+    absl::StatusOr<v1::RecordedTake> take;
+    if (trash) {
+      absl::StatusOr<RecorderView> view = LookAtRecorder(TrashOf(id));
+      if (view.ok())
+        take = DescribeTakeFolder(id, TrashOf(id), *std::move(view));
+      else
+        take = view.status();
+    } else {
+      take = Get(id);
+    }
+    if (take.ok()) {
+      const v1::TakeKeeping& keeping = take->keeping();
+      if (!HasWords(request.words(),
+                    {keeping.slate(), keeping.name(), keeping.notes(), id, take->timecode()}))
+        continue;
+      if (!page.Add(take->ByteSizeLong())) {
+        response.set_next_page_token(response.takes().rbegin()->id());
+        break;
+      }
+      *response.add_takes() = *std::move(take);
+    } else {
+      response.add_warnings(EscapedText(std::string(take.status().message())));
+    }
+  }
+  return response;
+}
+
+}  // namespace weft

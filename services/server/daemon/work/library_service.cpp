@@ -1,0 +1,170 @@
+#include "services/server/daemon/work/library_service.h"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
+#include "services/server/daemon/calls/answer.h"
+#include "services/server/daemon/calls/request_check.h"
+#include "services/server/rpc/page.h"
+#include "services/work/items/item_path.h"
+#include "services/work/items/manifest.h"
+
+namespace weft {
+
+namespace {
+
+void AddDamaged(const std::vector<std::string>& damaged, v1::ListItemsResponse& response) {
+  constexpr size_t kMost = 1000;
+  const size_t told = std::min(damaged.size(), kMost);
+  response.mutable_damaged()->Assign(damaged.begin(), damaged.begin() + static_cast<std::ptrdiff_t>(told));
+  if (told < damaged.size()) response.add_damaged(absl::StrCat("and ", damaged.size() - told, " more"));
+}
+
+}  // namespace
+
+absl::Status LibraryService::Receive(
+    grpc::ServerContext* context,
+    const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive) {
+  const Caller caller = caller_(*context);
+  {
+    const std::lock_guard lock(counting_);
+    if (absl::Status status = upload_calls_.Check(caller); !status.ok()) return status;
+    upload_calls_.Take(caller.name);
+  }
+  const absl::Cleanup release = [this, &caller] {
+    const std::lock_guard lock(counting_);
+    upload_calls_.Give(caller.name);
+  };
+  std::optional<StallWatch> stalls(context);
+  return receive(stalls);
+}
+
+grpc::Status LibraryService::BeginUpload(grpc::ServerContext* context,
+                                         grpc::ServerReader<v1::BeginUploadRequest>* reader,
+                                         v1::BeginUploadResponse* response) {
+  return Answer("BeginUpload", [&] {
+    return Receive(context, [&](std::optional<StallWatch>& stalls) -> absl::Status {
+      v1::BeginUploadRequest request;
+      if (!reader->Read(&request)) return absl::InvalidArgumentError("the call has no message");
+      size_t bytes = request.ByteSizeLong();
+      for (v1::BeginUploadRequest more; reader->Read(&more);) {
+        stalls->Moved();
+        bytes += more.ByteSizeLong();
+        if (bytes > kMaxManifestBytes || request.manifest().files_size() > kMaxItemFiles) {
+          return absl::InvalidArgumentError(absl::StrCat("manifest: at most ", kMaxItemFiles, " files and ",
+                                                         kMaxManifestBytes, " bytes are allowed"));
+        }
+        request.mutable_manifest()->MergeFrom(more.manifest());
+      }
+      stalls.reset();
+      return Assign(uploads_.Begin(request, caller_(*context)), response);
+    });
+  });
+}
+
+grpc::Status LibraryService::WriteFile(grpc::ServerContext* context,
+                                       grpc::ServerReader<v1::WriteFileRequest>* reader,
+                                       v1::WriteFileResponse* response) {
+  return Answer("WriteFile", [&] {
+    return Receive(context, [&](std::optional<StallWatch>& stalls) -> absl::Status {
+      UploadWriter writer(uploads_, caller_(*context));
+      for (v1::WriteFileRequest piece; reader->Read(&piece);) {
+        stalls->Moved();
+        if (absl::Status status = writer.Add(piece); !status.ok()) return status;
+      }
+      stalls.reset();
+      const absl::StatusOr<int64_t> written = writer.Sync();
+      if (written.ok()) response->set_written_bytes(*written);
+      return written.status();
+    });
+  });
+}
+
+grpc::Status LibraryService::FinishUpload(grpc::ServerContext* context,
+                                          const v1::FinishUploadRequest* request, v1::LibraryItem* item) {
+  return Answer("FinishUpload", [&] {
+    const absl::Status status = Assign(uploads_.Finish(request->upload_id(), caller_(*context)), item);
+    item->clear_manifest();
+    return status;
+  });
+}
+
+grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItemsRequest* request,
+                                       v1::ListItemsResponse* response) {
+  return Answer("ListItems", [&]() -> absl::Status {
+    const absl::StatusOr<int> limit = LimitOrAll(request->limit());
+    if (!limit.ok()) return limit.status();
+    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
+    absl::StatusOr<Library::Listing> listing = library_.List(request->kind());
+    if (!listing.ok()) return listing.status();
+    Page page(static_cast<size_t>(*limit));
+    for (v1::LibraryItem& item : listing->items) {
+      if (!request->page_token().empty() && PlaceInList(item) <= request->page_token()) continue;
+      if (!page.Add(item.ByteSizeLong())) {
+        response->set_next_page_token(PlaceInList(*response->items().rbegin()));
+        break;
+      }
+      *response->add_items() = std::move(item);
+    }
+    if (request->page_token().empty()) AddDamaged(listing->damaged, *response);
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status LibraryService::GetItem(grpc::ServerContext*, const v1::GetItemRequest* request,
+                                     v1::LibraryItem* item) {
+  return Answer("GetItem", [&] { return Assign(library_.Find(request->kind(), request->item()), item); });
+}
+
+absl::StatusOr<FilePieces> LibraryService::OpenFile(const v1::FetchFileRequest& request) {
+  if (request.offset() < 0) return absl::InvalidArgumentError("offset: must not be negative");
+  const absl::StatusOr<HeldItem> held = library_.Hold(request.kind(), request.item());
+  if (!held.ok()) return held.status();
+  if (FindFile(held->item.manifest(), request.path()) == nullptr) {
+    return absl::NotFoundError(
+        absl::StrCat("path: the item has no file \"", EscapedText(request.path()), "\""));
+  }
+  const auto place = FindPlace(library_.ContentFolder(request.kind(), held->item.id()), request.path(),
+                               ConfinedFolder::IfMissing::kFail);
+  if (!place.ok()) return place.status();
+  return FilePieces::Open(place->folder, place->name, {request.offset(), request.version()});
+}
+
+grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::CallbackServerContext* context,
+                                                                   const v1::FetchFileRequest* request) {
+  return SendFile(context, "FetchFile", [&] { return OpenFile(*request); });
+}
+
+absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
+  for (const v1::Job& job : queue_.Unfinished()) {
+    const v1::JobItems& used = job.items();
+    for (const std::string& id : {used.dump(), used.rig(), used.board(), used.garment(), used.avatar()}) {
+      if (id != item.id()) continue;
+      return absl::FailedPreconditionError(
+          absl::StrCat("item ", item.id(), ": job ", job.id(), " uses it; wait for its end, or cancel it"));
+    }
+  }
+  if (operations_.Reads(library_.ContentFolder(item.kind(), item.id()))) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("item ", item.id(), ": an operation uses it; wait for its end, or cancel it"));
+  }
+  return absl::OkStatus();
+}
+
+grpc::Status LibraryService::DeleteItem(grpc::ServerContext*, const v1::DeleteItemRequest* request,
+                                        v1::DeleteItemResponse* response) {
+  return Answer("DeleteItem", [&]() -> absl::Status {
+    absl::StatusOr<Library::Deletion> deletion = library_.Delete(
+        request->kind(), request->item(), [this](const v1::LibraryItem& item) { return CheckUnused(item); });
+    if (!deletion.ok()) return deletion.status();
+    *response->mutable_item() = std::move(deletion->item);
+    response->set_content_deleted(deletion->content_deleted);
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace weft

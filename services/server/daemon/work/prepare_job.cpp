@@ -1,0 +1,262 @@
+#include "services/server/daemon/work/prepare_job.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "base/timed_id.h"
+#include "capture/file/content_hash.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/take_progress.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/options/presets.h"
+#include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/work/take_input.h"
+#include "services/server/rpc/error_detail.h"
+#include "services/studio/recorder/recorder_process.h"
+#include "services/work/animation/drive_inputs.h"
+#include "services/work/items/item_words.h"
+#include "services/work/pipeline/output_folder.h"
+#include "services/work/pipeline/result_lock.h"
+
+namespace weft {
+namespace {
+
+bool RecorderLives(const std::string& take) {
+  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(take).parent_path());
+  return recorder.ok() && recorder->lives;
+}
+
+// "take:<id>" in place of a path needs no permission: the folder is the daemon's own.
+absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::string& takes_folder,
+                                          const v1::RegistrationSpec& spec) {
+  const std::string& dump = spec.dump();
+  absl::StatusOr<std::string> take = TakeOfName(takes_folder, dump);
+  if (!take.ok()) return take;
+  if (*take == dump) return policy.CheckInputPath("spec.dump", dump);
+  std::error_code error;
+  if (std::filesystem::is_directory(*take, error)) return take;
+  if (!RecorderLives(*take)) {
+    return FieldError(absl::StatusCode::kNotFound, {"spec.dump", absl::StrCat(dump, ": no such take"),
+                                                    "`weft take list` shows the takes"});
+  }
+  if (spec.live_every() > 0) return take;
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"spec.dump", absl::StrCat(dump, ": its cameras are being opened"),
+                     "wait until it is recorded, or register it live"});
+}
+
+// Of a take that was started in a session: what the request leaves out.
+void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec& spec) {
+  const absl::StatusOr<std::string> take = TakeOfName(takes_folder, spec.dump());
+  if (!take.ok() || *take == spec.dump()) return;
+  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(*take).parent_path());
+  if (!recorder.ok()) return;  // whoever opens the take says why
+  if (spec.rig().empty()) spec.set_rig(recorder->request.rig());
+  if (spec.board().empty()) spec.set_board(recorder->request.board());
+  if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
+}
+
+// Replaces "library:..." by the item's path.
+absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
+  v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
+  v1::JobItems& items = *prepared->job.mutable_items();
+  const struct {
+    const char* field;
+    v1::ItemKind kind;
+    std::string* path;
+    std::string* id;
+  } inputs[] = {
+      {"spec.dump", v1::ITEM_KIND_DUMP, spec.mutable_dump(), items.mutable_dump()},
+      {"spec.rig", v1::ITEM_KIND_RIG, spec.mutable_rig(), items.mutable_rig()},
+      {"spec.board", v1::ITEM_KIND_BOARD, spec.mutable_board(), items.mutable_board()},
+      {"spec.garment", v1::ITEM_KIND_TEMPLATE, spec.mutable_garment(), items.mutable_garment()},
+      {"spec.driving.avatar", v1::ITEM_KIND_AVATAR,
+       spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr, items.mutable_avatar()}};
+  for (const auto& [field, kind, path, id] : inputs) {
+    if (path == nullptr || !absl::StartsWith(*path, kLibraryPrefix)) continue;
+    absl::StatusOr<HeldItem> held = library.Hold(kind, path->substr(sizeof(kLibraryPrefix) - 1));
+    if (!held.ok()) {
+      return absl::Status(held.status().code(), absl::StrCat(field, ": ", held.status().message()));
+    }
+    *path = held->path;
+    *id = held->item.id();
+    prepared->holds.push_back(std::move(held->hold));
+  }
+  return absl::OkStatus();
+}
+
+// A path that a client named, and the field in which it did.
+struct NamedInput {
+  const char* field;
+  std::string* path;
+};
+
+// Those of rig, board, template, avatar and options; the library's items are the daemon's own.
+std::vector<NamedInput> NamedInputs(v1::Job& job) {
+  v1::RegistrationSpec& spec = *job.mutable_spec();
+  v1::RegistrationOptions& options = *spec.mutable_options();
+  const v1::JobItems& items = job.items();
+  std::vector<NamedInput> inputs;
+  if (items.rig().empty()) inputs.push_back({"spec.rig", spec.mutable_rig()});
+  if (items.board().empty()) inputs.push_back({"spec.board", spec.mutable_board()});
+  if (items.garment().empty()) inputs.push_back({"spec.garment", spec.mutable_garment()});
+  if (spec.has_driving() && items.avatar().empty())
+    inputs.push_back({"spec.driving.avatar", spec.mutable_driving()->mutable_avatar()});
+  if (!options.scans().empty()) inputs.push_back({"spec.options.scans", options.mutable_scans()});
+  if (!options.starts().empty()) inputs.push_back({"spec.options.starts", options.mutable_starts()});
+  return inputs;
+}
+
+absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
+  v1::RegistrationSpec& spec = *job.mutable_spec();
+  if (job.items().dump().empty()) {
+    absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec);
+    if (!dump.ok()) return dump.status();
+    spec.set_dump(*std::move(dump));
+  }
+  for (const auto& [field, path] : NamedInputs(job)) {
+    absl::StatusOr<std::string> canonical = policy.CheckInputPath(field, *path);
+    if (!canonical.ok()) return canonical.status();
+    *path = *std::move(canonical);
+  }
+  return absl::OkStatus();
+}
+
+// Of inputs whose paths are canonical.
+absl::Status CheckLinks(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
+  const std::string& dump = job.spec().dump();
+  absl::Status status;
+  if (job.items().dump().empty() && !LiesBelow(dump, takes_folder))
+    status = policy.CheckLinks("spec.dump", dump);
+  for (const auto& [field, path] : NamedInputs(job)) {
+    if (status.ok()) status = policy.CheckLinks(field, *path);
+  }
+  return status;
+}
+
+// Names of the frame sets that a take has so far; waits for the first one.
+absl::StatusOr<std::vector<std::string>> FramesSoFar(const std::string& take) {
+  constexpr int kLooks = 300;  // cameras are opened, and follow a clock, before the first one comes
+  constexpr std::chrono::milliseconds kPause{100};
+  for (int look = 0; look < kLooks; ++look) {
+    if (look > 0) std::this_thread::sleep_for(kPause);
+    const absl::StatusOr<TakeProgress> progress = ReadTakeProgress(take);
+    if (absl::IsNotFound(progress.status()) && RecorderLives(take)) continue;
+    if (!progress.ok()) {
+      return FieldError(progress.status().code(),
+                        {"spec.live_every", std::string(progress.status().message()),
+                         "name a take that is being recorded, or leave live_every out"});
+    }
+    std::vector<std::string> names;
+    for (const RecordedSet& set : progress->sets) names.push_back(FrameNameOf(set.number));
+    if (!names.empty()) return names;
+    if (progress->closed) break;
+  }
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"spec.dump", absl::StrCat(take, " has no frame set yet"), "start its cameras first"});
+}
+
+// The folder of results, which exists then.
+absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const v1::RegistrationSpec& spec,
+                                      const JobPlaces& places, const std::string& job_id) {
+  const PathPolicy& policy = places.policy;
+  const std::string& results_folder = places.results_folder;
+  std::string out = absl::StrCat(results_folder, "/", job_id);
+  if (!request.spec().out().empty()) {
+    if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
+    const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
+    // Also where a probe shows that the client cannot see it.
+    std::error_code unknown;
+    const std::filesystem::path wanted = std::filesystem::weakly_canonical(request.spec().out(), unknown);
+    if (!unknown && LiesBelow(wanted, state_folder)) {
+      return FieldError(
+          absl::StatusCode::kPermissionDenied,
+          {"spec.out", absl::StrCat(wanted.string(), " is in the daemon's own folder, ", state_folder),
+           "choose another one"});
+    }
+    const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
+    const std::string& probe = request.out_probe();
+    std::error_code error;
+    if (probe.empty() && !asked.ok()) return asked.status();
+    if (asked.ok() && (probe.empty() || std::filesystem::exists(absl::StrCat(*asked, "/", probe), error))) {
+      out = *asked;
+    }
+  }
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  if (access(out.c_str(), W_OK | X_OK) != 0) {
+    return FieldError(
+        absl::StatusCode::kPermissionDenied,
+        {"spec.out", absl::StrCat(out, " cannot be written by the daemon"), "change its permissions"});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string HashOfRequest(const v1::SubmitJobRequest& request) {
+  return ContentHash()
+      .Add(request.spec().SerializeAsString())
+      .AddInteger(static_cast<uint64_t>(request.priority()))
+      .Hex();
+}
+
+absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const JobPlaces& places,
+                                       const std::string& caller_name, const InputsLoader& load) {
+  const std::string takes_folder = std::filesystem::path(places.results_folder).parent_path() / "takes";
+  v1::SubmitJobRequest request = asked;
+  if (request.has_spec()) TakeInputsFromSession(takes_folder, *request.mutable_spec());
+  if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
+  PreparedJob prepared;
+  v1::Job& job = prepared.job;
+  job.set_id(request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key());
+  if (!request.idempotency_key().empty()) job.set_request_hash(HashOfRequest(asked));
+  job.set_priority(request.priority());
+  job.set_weft_version(WEFT_VERSION);
+  *job.mutable_spec() = request.spec();
+  absl::StatusOr<v1::RegistrationOptions> options = request.spec().has_driving()
+                                                        ? EffectiveDriveOptions(request.spec().options())
+                                                        : EffectiveOptions(request.spec().options());
+  if (!options.ok()) return options.status();
+  *job.mutable_spec()->mutable_options() = *std::move(options);
+  if (absl::Status status = ResolveItems(places.library, &prepared); !status.ok()) return status;
+  if (absl::Status status = CanonicalizeInputs(places.policy, takes_folder, job); !status.ok()) return status;
+  // LoadInputs wants every field.
+  if (job.spec().out().empty())
+    job.mutable_spec()->set_out(absl::StrCat(places.results_folder, "/", job.id()));
+  std::vector<std::string> so_far;
+  if (job.spec().live_every() > 0) {
+    absl::StatusOr<std::vector<std::string>> names = FramesSoFar(job.spec().dump());
+    if (!names.ok()) return names.status();
+    so_far = *std::move(names);
+  }
+  absl::StatusOr<LoadedInputs> inputs = places.known.Get(
+      job.spec(), caller_name, [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
+        // Folders without a change have no new links either.
+        const absl::Status status = CheckLinks(places.policy, takes_folder, job);
+        return status.ok() ? load(spec) : status;
+      });
+  if (!inputs.ok()) return inputs.status();
+  if (!so_far.empty()) inputs->frames = std::move(so_far);
+  absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), places, job.id());
+  if (!out.ok()) return out.status();
+  // Whoever writes there now is named now, not when the job's turn comes. The job takes the lock when it
+  // starts.
+  const absl::StatusOr<ResultLock> nobody = ResultLock::Acquire(*out, "weftd", std::chrono::milliseconds(0));
+  if (!nobody.ok()) return nobody.status();
+  job.mutable_spec()->set_out(*std::move(out));
+  *job.mutable_inputs() = inputs->hashes;
+  if (inputs->driven) *job.mutable_driven() = *inputs->driven;
+  job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
+  prepared.frames = std::move(inputs->frames);
+  job.set_first_frame(prepared.frames.front());
+  job.set_last_frame(prepared.frames.back());
+  return prepared;
+}
+
+}  // namespace weft

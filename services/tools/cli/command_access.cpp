@@ -1,0 +1,157 @@
+// weft access: whom a daemon knows.
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "services/server/access/access_list.h"
+#include "services/server/access/audit_log.h"
+#include "services/server/access/role_words.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+
+namespace weft {
+namespace {
+
+struct AccessCommandOptions {
+  std::string state_folder;
+  std::string who;  // a name, or an id
+  std::string role;
+  double days = 0;
+  bool json = false;
+  int last = 50;  // entries
+};
+
+absl::Status AddAccessToken(const AccessCommandOptions& options) {
+  const absl::StatusOr<v1::Role> role = ParseRole(options.role);
+  if (!role.ok()) return role.status();
+  const absl::StatusOr<NewToken> added =
+      AddToken(AccessListFile(options.state_folder), {options.who, *role, options.days});
+  if (!added.ok()) return added.status();
+  std::fprintf(stderr, "token %s of %s, %s; it is shown this once:\n", added->token.id().c_str(),
+               options.who.c_str(), options.role.c_str());
+  std::printf("%s\n", added->text.c_str());
+  return absl::OkStatus();
+}
+
+absl::Status AllowAccessCertificate(const AccessCommandOptions& options) {
+  const absl::StatusOr<v1::Role> role = ParseRole(options.role);
+  if (!role.ok()) return role.status();
+  return AllowCertificate(AccessListFile(options.state_folder), options.who, *role);
+}
+
+absl::Status RevokeAccessOf(const AccessCommandOptions& options) {
+  return RevokeAccess(AccessListFile(options.state_folder), options.who);
+}
+
+std::string DayOf(int64_t unix_ns) {
+  if (unix_ns == 0) return "never";
+  return absl::FormatTime("%Y-%m-%d", absl::FromUnixNanos(unix_ns), absl::LocalTimeZone());
+}
+
+absl::Status ListAccess(const AccessCommandOptions& options) {
+  const absl::StatusOr<v1::AccessList> list = ReadAccessList(AccessListFile(options.state_folder));
+  if (!list.ok()) return list.status();
+  if (options.json) return PrintJsonMessage(*list);
+  if (list->tokens().empty() && list->certificates().empty())
+    std::printf("no tokens and no certificates: the daemon knows its own user and root alone\n");
+  for (const v1::Token& token : list->tokens()) {
+    std::printf("token        %-20s  %-8s  id %s, made %s, expires %s\n", token.name().c_str(),
+                RoleWord(token.role()), token.id().c_str(), DayOf(token.created_unix_ns()).c_str(),
+                DayOf(token.expires_unix_ns()).c_str());
+  }
+  for (const v1::CertificateOwner& owner : list->certificates())
+    std::printf("certificate  %-20s  %-8s\n", owner.common_name().c_str(), RoleWord(owner.role()));
+  return absl::OkStatus();
+}
+
+absl::Status PrintAuditLog(const AccessCommandOptions& options) {
+  const auto entries = ReadAuditLog(AuditLogFile(options.state_folder), static_cast<size_t>(options.last));
+  if (!entries.ok()) return entries.status();
+  for (const v1::AuditEntry& entry : *entries) {
+    std::string about;
+    for (const auto& [field, value] :
+         std::map<std::string, std::string>(entry.about().begin(), entry.about().end()))
+      absl::StrAppend(&about, "  ", field, "=", value);
+    const std::string from = entry.peer() == entry.caller() ? "" : absl::StrCat(" from ", entry.peer());
+    const std::string times = entry.times() > 1 ? absl::StrCat(" (", entry.times(), " times)") : "";
+    const std::string reason = entry.message().empty() ? "" : absl::StrCat(": ", entry.message());
+    std::printf("%s  %-20s %s%s  %s%s%s%s\n", entry.time().c_str(), entry.outcome().c_str(),
+                entry.caller().empty() ? "nobody known" : entry.caller().c_str(), from.c_str(),
+                entry.method().empty() ? "connections" : entry.method().c_str(), times.c_str(), about.c_str(),
+                reason.c_str());
+  }
+  return absl::OkStatus();
+}
+
+using AccessAction = absl::Status (*)(const AccessCommandOptions&);
+
+void SetUpAccessCommand(CLI::App* command, CommandLine& line,
+                        const std::shared_ptr<AccessCommandOptions>& options, AccessAction action) {
+  command->add_option("--state", options->state_folder, "State folder of the daemon, on this machine")
+      ->type_name("DIR")
+      ->envname("WEFT_STATE")
+      ->check(CLI::ExistingDirectory)
+      ->required();
+  command->callback([options, action, &line] { line.run = [options, action] { return action(*options); }; });
+}
+
+void AddRoleOption(CLI::App* command, const std::shared_ptr<AccessCommandOptions>& options) {
+  command
+      ->add_option(
+          "--role", options->role,
+          "viewer looks; client also sends work; operator also runs cameras, sessions and takes; admin "
+          "may do everything")
+      ->type_name("ROLE")
+      ->check(OneOf({"viewer", "client", "operator", "admin"}))
+      ->required();
+}
+
+}  // namespace
+
+void AddAccessCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* group =
+      AddCommand(app, "access",
+                 "Whom a daemon knows, besides its own user and root: tokens and certificates with "
+                 "roles. A daemon that runs takes changes within a second.",
+                 "");
+  group->require_subcommand(1);
+  const auto options = std::make_shared<AccessCommandOptions>();
+  CLI::App* token =
+      AddCommand(*group, "token",
+                 "Make a token, and print it. Its owner keeps it in a file of mode 0600 that "
+                 "WEFT_TOKEN_FILE names.",
+                 "  weft access token anna --role operator --days 90 --state /var/lib/weft > anna.token");
+  SetUpAccessCommand(token, line, options, AddAccessToken);
+  AddRoleOption(token, options);
+  token->add_option("NAME", options->who, "Whose it is")->required();
+  token->add_option("--days", options->days, "It expires after so long; 0: never")
+      ->type_name("DAYS")
+      ->check(CLI::NonNegativeNumber);
+  CLI::App* certificate =
+      AddCommand(*group, "certificate", "Give the owner of a certificate a role, or another role.",
+                 "  weft access certificate render-1 --role client --state /var/lib/weft");
+  SetUpAccessCommand(certificate, line, options, AllowAccessCertificate);
+  AddRoleOption(certificate, options);
+  certificate->add_option("NAME", options->who, "The certificate's common name")->required();
+  CLI::App* revoke = AddCommand(*group, "revoke", "Take a token back, or the role of a certificate's owner.",
+                                "  weft access revoke 0a1b2c3d4e5f --state /var/lib/weft");
+  SetUpAccessCommand(revoke, line, options, RevokeAccessOf);
+  revoke->add_option("ID", options->who, "Id of the token, or the certificate's common name")->required();
+  CLI::App* list =
+      AddCommand(*group, "list", "List tokens and certificates.", "  weft access list --state /var/lib/weft");
+  SetUpAccessCommand(list, line, options, ListAccess);
+  list->add_flag("--json", options->json, "Print JSON");
+  CLI::App* log = AddCommand(
+      *group, "log", "Show who changed what through the daemon, and who was refused, from its audit log.",
+      "  weft access log --state /var/lib/weft --last 20");
+  SetUpAccessCommand(log, line, options, PrintAuditLog);
+  log->add_option("--last", options->last, "So many entries, the newest at the end")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000));
+}
+
+}  // namespace weft

@@ -1,0 +1,55 @@
+// weft avatar: what a garment was captured doing, so that a few cameras suffice to follow it.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/pixel_avatar_file.h"
+
+namespace weft {
+namespace {
+
+void AddShowCommand(CLI::App& avatar, CommandLine& line) {
+  CLI::App* command = AddCommand(avatar, "show",
+                                 "Tell what an avatar was trained on, how large it is, and how well it "
+                                 "explains frames that it did not learn "
+                                 "from. Checks its files on the way.",
+                                 "  weft avatar show shirt.avatar");
+  struct ShowOptions {
+    std::string path;
+    bool json = false;
+  };
+  auto options = std::make_shared<ShowOptions>();
+  command->add_option("avatar", options->path, "The avatar's folder")->required()->type_name("DIR");
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
+  command->callback([options, &line] {
+    line.confined = {.readable = {options->path}};
+    line.run = [options]() -> absl::Status {
+      const absl::StatusOr<v1::Avatar> about = ReadAnyAvatar(options->path);
+      if (!about.ok()) return about.status();
+      if (options->json) return PrintJsonMessage(*about);
+      std::fputs(AvatarText(options->path, *about).c_str(), stdout);
+      return absl::OkStatus();
+    };
+  });
+}
+
+}  // namespace
+
+void AddAvatarCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* avatar = AddCommand(
+      app, "avatar",
+      "Garments that were captured before: learn what they do, and follow them with two or three cameras.",
+      "  weft avatar train walk/result jog/result --out shirt.avatar\n"
+      "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board board.json --template shirt "
+      "--out result\n"
+      "  weft evaluate shirt-drive --avatar shirt.avatar");
+  avatar->require_subcommand(1);
+  AddAvatarTrainCommand(*avatar, line);
+  AddAvatarDriveCommand(*avatar, line);
+  AddShowCommand(*avatar, line);
+}
+
+}  // namespace weft

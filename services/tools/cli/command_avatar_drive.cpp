@@ -1,0 +1,288 @@
+// weft avatar drive: a garment that was captured before, followed by a few cameras.
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "services/formats/options/presets.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/results/report/driven_sigma.h"
+#include "services/tools/cli/absolute_paths.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/input_options.h"
+#include "services/tools/cli/job_view.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/pipeline_flags.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_registration.h"
+#include "services/tools/cli/upload_inputs.h"
+#include "services/work/animation/drive_inputs.h"
+#include "services/work/animation/drive_live.h"
+#include "services/work/animation/drive_take.h"
+
+namespace weft {
+namespace {
+
+struct DriveOptions {
+  std::string dump, rig, board, garment, avatar, out, frames, mosaic;
+  std::vector<std::string> cameras;
+  double fps = 0;
+  PipelineFlags pipeline;
+  bool observations = false;
+  int threads = 0;
+  std::string server;
+  bool upload = false, detach = false;
+  int priority = 0;
+  bool live = false;
+  double speed = 1;
+  std::string session;
+  bool json = false;
+};
+
+absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
+  const std::vector<std::string> stages = {"decode"};
+  const absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, stages);
+  if (!changes.ok()) return changes.status();
+  v1::RegistrationSpec spec;
+  spec.set_dump(options.dump);
+  spec.set_rig(options.rig);
+  spec.set_board(options.board);
+  spec.set_garment(options.garment);
+  spec.set_out(options.out);
+  spec.set_frames(options.frames);
+  if (options.live && !options.server.empty()) spec.set_live_every(1);
+  v1::DrivingSpec& driving = *spec.mutable_driving();
+  driving.set_avatar(options.avatar);
+  driving.mutable_cameras()->Add(options.cameras.begin(), options.cameras.end());
+  driving.set_fps(options.fps);
+  v1::RegistrationOptions asked;
+  asked.set_mosaic(options.mosaic);
+  asked.set_write_observations(options.observations);
+  *asked.mutable_pipeline() = OfStages(*changes, stages);
+  absl::StatusOr<v1::RegistrationOptions> effective = EffectiveDriveOptions(asked);
+  if (!effective.ok()) return effective.status();
+  *spec.mutable_options() = *std::move(effective);
+  return WithAbsolutePaths(std::move(spec));
+}
+
+ConfinedFiles DriveFilesOf(const DriveOptions& options) {
+  return {.readable = {options.dump, options.rig, options.board, options.garment, options.avatar},
+          .writable = {options.out}};
+}
+
+// What a live run tells while it goes: a line on a terminal, and one for each frame that failed.
+class LiveView {
+ public:
+  explicit LiveView(bool quiet) : quiet_(quiet), draws_(!quiet && isatty(STDERR_FILENO)) {}
+  ~LiveView() { Wipe(); }
+  void Show(const v1::LiveDriving& now, const v1::FrameInfo& info) {
+    if (info.state() == v1::FRAME_STATE_FAILED && !quiet_) {
+      Wipe();
+      std::fprintf(stderr, "%s\n", FrameLine(info, true).c_str());
+    }
+    if (!draws_) return;
+    std::fprintf(stderr, "\r%s  %4.0f ms, %s \033[K", info.frame().c_str(), 1000 * info.latency_s(),
+                 LiveDrivingText(now).c_str());
+    drawn_ = true;
+  }
+
+ private:
+  void Wipe() {
+    if (drawn_) std::fputs("\r\033[K", stderr);
+    drawn_ = false;
+  }
+  const bool quiet_, draws_;
+  bool drawn_ = false;
+};
+
+absl::StatusOr<v1::Job> RunLive(const DriveOptions& options, const v1::RegistrationSpec& spec, bool quiet,
+                                const std::stop_token& stop) {
+  LiveView view(quiet);
+  const LiveDriveRequest request = {
+      .spec = spec, .speed = options.speed, .session_file = options.session, .threads = options.threads};
+  return DriveLive(
+      request, [&](const v1::LiveDriving& now, const v1::FrameInfo& info) { view.Show(now, info); }, stop);
+}
+
+absl::StatusOr<v1::Job> RunAll(const DriveOptions& options, const v1::RegistrationSpec& spec, bool quiet,
+                               const std::stop_token& stop) {
+  Progress progress("drive", 1, ProgressVisible(quiet));
+  return DriveTake(
+      spec, options.threads,
+      [&](size_t done, size_t all, const v1::FrameInfo& info) {
+        progress.Set(done, all);
+        if (info.state() == v1::FRAME_STATE_FAILED && !quiet) progress.PrintLine(FrameLine(info, true));
+      },
+      stop);
+}
+
+absl::StatusOr<v1::Job> DriveAtDaemon(const DriveOptions& options, const v1::RegistrationSpec& spec,
+                                      bool quiet, const std::stop_token& stop) {
+  JobView view(quiet);
+  std::optional<Progress> fetching;
+  return RegisterRemotely(
+      options.server, spec, options.priority, [&view](const v1::JobUpdate& update) { view.Show(update); },
+      [&](size_t done, size_t total) {
+        if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
+        fetching->Set(done, total);
+      },
+      stop);
+}
+
+absl::Status CheckPlace(const DriveOptions& options) {
+  if (!options.server.empty() && options.live && options.upload)
+    return absl::InvalidArgumentError("--live: a take that grows cannot be sent with --upload");
+  if (!options.server.empty()) return absl::OkStatus();
+  if (options.upload)
+    return absl::InvalidArgumentError(
+        "--upload sends the inputs to a daemon, so it needs --server HOST:PORT");
+  if (options.detach)
+    return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
+  return absl::OkStatus();
+}
+
+absl::Status Drive(const DriveOptions& options, bool quiet) {
+  if (absl::Status status = CheckPlace(options); !status.ok()) return status;
+  absl::StatusOr<v1::RegistrationSpec> spec = DriveSpecOf(options);
+  if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
+  if (!spec.ok()) return spec.status();
+  const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
+  if (options.detach) {
+    const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, *spec, options.priority);
+    if (job.ok()) std::printf("%s\n", job->id().c_str());
+    return job.status();
+  }
+  const auto run = !options.server.empty() ? DriveAtDaemon : options.live ? RunLive : RunAll;
+  const absl::StatusOr<v1::Job> job = run(options, *spec, quiet, signals.token());
+  if (!job.ok()) return job.status();
+  if (!quiet)
+    for (const std::string& warning : job->warnings()) PrintWarning(warning);
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
+  } else {
+    if (job->has_verdict()) PrintVerdict(job->verdict());
+    if (const std::string note = DrivenSigmaNote(*job); !note.empty())
+      std::printf("note     %s\n", note.c_str());
+    if (job->driven().has_live()) std::printf("live     %s\n", LiveDrivingText(job->driven().live()).c_str());
+    std::printf("results  %s\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
+  }
+  return OutcomeOf(*job);
+}
+
+}  // namespace
+
+void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
+  CLI::App* command =
+      AddCommand(avatar, "drive",
+                 "Follow a garment that was captured before with two or three cameras: its "
+                 "avatar supplies what they do not "
+                 "see. Any number of calibrated cameras at any place will do; three at equal "
+                 "angles are much better than two. "
+                 "Results are those of a registration, so `weft evaluate` and `weft export` "
+                 "work on them; sigma_mm tells how "
+                 "far each vertex is to be trusted. Frames are driven in order, since each "
+                 "starts from the one before. A "
+                 "stopped run is resumed by the same command: complete frames stay. A frame that shows too "
+                 "little of the garment fails, and the "
+                 "garment is looked for anew in the "
+                 "next one.",
+                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
+                 "board.json --template shirt --out result\n"
+                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
+                 "board.json --template shirt --out result "
+                 "--cameras front,back,left\n"
+                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
+                 "board.json --template shirt --out result --server studio:7411 --upload\n"
+                 "  weft avatar drive TAKE --live --session session.json --avatar shirt.avatar "
+                 "--rig rig.json --board board.json --template shirt --out result");
+  auto options = std::make_shared<DriveOptions>();
+  command->add_option("dump", options->dump, "Folder of images, or a recorded take")
+      ->required()
+      ->type_name("DUMP");
+  command->add_option("--avatar", options->avatar, "The garment's avatar, of `weft avatar train`")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--rig", options->rig, "The cameras, rig.json")->required()->type_name("FILE");
+  command->add_option("--board", options->board, "The printed board, board.json or board.png")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--template", options->garment, "Folder of the template that the avatar was trained with")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--out", options->out, "Folder for the results, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--cameras", options->cameras, "Use these cameras of the rig alone, by name")
+      ->type_name("NAME,NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  AddFramesOption(*command, options->frames, "Which frames of the dump, all by default");
+  AddMosaicOption(*command, options->mosaic);
+  AddPipelineFlags(*command, options->pipeline);
+  command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
+  command
+      ->add_option("--fps", options->fps,
+                   "Frames per second of a dump that tells no times; 0 for those of the avatar")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  CLI::Option* server = AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
+  command->add_flag(
+      "--upload", options->upload,
+      "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
+      "`weft register --upload`");
+  command
+      ->add_option(
+          "--priority", options->priority,
+          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+          "before everybody's, which is for operators")
+      ->type_name("N")
+      ->check(CLI::Range(-100, 100));
+  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
+  CLI::Option* live =
+      command->add_flag("--live", options->live,
+                        "Drive frames as they arrive, always the newest one; those that it "
+                        "overtakes are passed over. A DUMP that "
+                        "is being recorded is followed to its end, another one is replayed "
+                        "in its rhythm. Says how far meshes are "
+                        "behind the cameras. Ctrl-C ends it, and the same command goes on. "
+                        "Without --live, every frame is driven "
+                        "anew. With --server, the daemon drives every frame of a take that is "
+                        "being recorded, and catches up when it has ended");
+  CLI::Option* speed =
+      command
+          ->add_option("--speed", options->speed,
+                       "With --live, of a recording that is over: times as fast as it was taken")
+          ->type_name("X")
+          ->check(CLI::PositiveNumber)
+          ->needs(live);
+  speed->excludes(server);
+  command
+      ->add_option(
+          "--session", options->session,
+          "With --live: film with the cameras of this session.json, and record them into DUMP, a new "
+          "take. Meshes come sooner than from a take that another program records, since they do not "
+          "wait for the disk")
+      ->type_name("FILE")
+      ->needs(live)
+      ->excludes(speed)
+      ->excludes(server);
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print the job as JSON on standard output");
+  command->callback([options, &line] {
+    line.writes_remotely = !options->server.empty();
+    // Cameras need devices and the network, and a daemon confines its own workers.
+    if (options->server.empty() && options->session.empty()) line.confined = DriveFilesOf(*options);
+    line.run = [options, &line] { return Drive(*options, line.quiet); };
+  });
+}
+
+}  // namespace weft

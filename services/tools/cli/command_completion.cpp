@@ -1,0 +1,30 @@
+// weft completion: scripts for shells.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/tools/cli/completion.h"
+
+namespace weft {
+
+void AddCompletionCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "completion",
+      "Print the script for completion of weft's commands, options and values in a shell. The Debian package "
+      "installs both.",
+      "  weft completion zsh > ~/.zfunc/_weft\n"
+      "  source <(weft completion bash)");
+  const auto shell = std::make_shared<std::string>();
+  command->add_option("SHELL", *shell, "bash or zsh")
+      ->required()
+      ->type_name("")
+      ->check(OneOf({"bash", "zsh"}));
+  command->callback([&app, &line, shell] {
+    line.run = [&app, shell] {
+      std::fputs((*shell == "zsh" ? ZshCompletion(app) : BashCompletion(app)).c_str(), stdout);
+      return absl::OkStatus();
+    };
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,169 @@
+// weft daemon: what an administrator does with a daemon that runs.
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/server/retention/retention_plan.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/client/server_client.h"
+
+namespace weft {
+namespace {
+
+struct DrainCommandOptions {
+  std::string server;
+  bool finish_jobs = false;
+};
+
+absl::Status RunDrain(const DrainCommandOptions& options, bool quiet) {
+  const auto connection = RegistrationClient::Connect(options.server);
+  if (!connection.ok()) return connection.status();
+  v1::DrainRequest request;
+  request.set_finish_jobs(options.finish_jobs);
+  std::string told;
+  const absl::Status status =
+      ServerClient(**connection).DrainUntilItStops(request, [&](const auto& progress) {
+        std::string line = absl::StrCat(progress.frames_running(), " frames run, ",
+                                        progress.jobs_unfinished(), " jobs have not ended");
+        if (quiet || line == told) return;
+        std::fprintf(stderr, "draining: %s\n", line.c_str());
+        told = std::move(line);
+      });
+  if (!status.ok()) return status;
+  std::printf("the daemon at %s has stopped; its next start goes on\n", options.server.c_str());
+  return absl::OkStatus();
+}
+
+struct RetentionCommandOptions {
+  std::string server;
+  bool dry_run = false;
+  bool json = false;
+  double ahead_days = 0;
+  // None: as in force.
+  std::optional<double> keep_takes_days, keep_trash_days, keep_jobs_days, takes_quota_gib, least_free_gib,
+      least_trash_hours, keep_uploads_days, keep_notices_days;
+};
+
+v1::RehearseRetentionRequest RehearsalRequest(const RetentionCommandOptions& options) {
+  v1::RehearseRetentionRequest request;
+  v1::RetentionRules& rules = *request.mutable_rules();
+  if (options.keep_takes_days) rules.set_keep_takes_days(*options.keep_takes_days);
+  if (options.keep_trash_days) rules.set_keep_trash_days(*options.keep_trash_days);
+  if (options.keep_jobs_days) rules.set_keep_jobs_days(*options.keep_jobs_days);
+  if (options.takes_quota_gib) rules.set_takes_quota_gib(*options.takes_quota_gib);
+  if (options.least_free_gib) rules.set_least_free_gib(*options.least_free_gib);
+  if (options.least_trash_hours) rules.set_least_trash_hours(*options.least_trash_hours);
+  if (options.keep_uploads_days) rules.set_keep_uploads_days(*options.keep_uploads_days);
+  if (options.keep_notices_days) rules.set_keep_notices_days(*options.keep_notices_days);
+  request.set_ahead_days(options.ahead_days);
+  return request;
+}
+
+std::string UnlessZero(double value, const std::string& words, const std::string& otherwise) {
+  return value > 0 ? absl::StrFormat("%g %s", value, words) : otherwise;
+}
+
+void PrintRules(const v1::RetentionRules& rules) {
+  std::printf(
+      "takes: %s; %s; %s\n",
+      UnlessZero(rules.keep_takes_days(), "days, then the trash", "kept at any age").c_str(),
+      UnlessZero(rules.takes_quota_gib(), "GiB with the trash at most", "no quota").c_str(),
+      UnlessZero(rules.least_free_gib(), "GiB of the disk stay free", "no room is kept free").c_str());
+  std::printf("trash: %g days, and %g hours where room is needed\n", rules.keep_trash_days(),
+              rules.least_trash_hours());
+  std::printf("jobs: %s; operations: %g days; uploads: %g days; notices: %g days\n",
+              UnlessZero(rules.keep_jobs_days(), "days after their end", "kept").c_str(),
+              rules.keep_trash_days(), rules.keep_uploads_days(), rules.keep_notices_days());
+}
+
+std::string WhenDue(double due_in_s) {
+  if (due_in_s <= 0) return "now";
+  constexpr double kHour_s = 3600, kDay_s = 24 * kHour_s;
+  return due_in_s < 2 * kDay_s ? absl::StrFormat("in %.1f hours", due_in_s / kHour_s)
+                               : absl::StrFormat("in %.1f days", due_in_s / kDay_s);
+}
+
+void PrintStep(const v1::RetentionStep& step, const std::string& when) {
+  const std::string size =
+      step.bytes() > 0 ? absl::StrFormat(" (%.2f GiB)", static_cast<double>(step.bytes()) / 1073741824.0)
+                       : "";
+  std::printf("  %-12s %s %s%s %s: %s\n", when.c_str(), HoldingWords(step.kind()), step.id().c_str(),
+              size.c_str(), step.to_trash() ? "goes to the trash" : "is removed for good",
+              step.because().c_str());
+}
+
+absl::Status RunRetention(const RetentionCommandOptions& options) {
+  const auto connection = RegistrationClient::Connect(options.server);
+  if (!connection.ok()) return connection.status();
+  const auto rehearsal = ServerClient(**connection).RehearseRetention(RehearsalRequest(options));
+  if (!rehearsal.ok()) return rehearsal.status();
+  if (options.json) return PrintJsonMessage(*rehearsal);
+  PrintRules(rehearsal->rules());
+  std::printf("days count while the daemon runs: it has seen %.2f\n", rehearsal->seen_days());
+  if (options.dry_run) {
+    std::printf(rehearsal->steps().empty() ? "nothing would go\n" : "would go, in this order:\n");
+    for (const v1::RetentionStep& step : rehearsal->steps()) PrintStep(step, WhenDue(step.due_in_s()));
+    for (const std::string& note : rehearsal->notes()) std::printf("note: %s\n", note.c_str());
+    return absl::OkStatus();
+  }
+  std::printf(rehearsal->done().empty() ? "nothing went since its start; audit.log has what went before\n"
+                                        : "went since its start, newest first; audit.log has the times:\n");
+  for (const v1::RetentionStep& step : rehearsal->done()) PrintStep(step, "gone");
+  return absl::OkStatus();
+}
+
+void AddRetention(CLI::App& group, CommandLine& line) {
+  const auto options = std::make_shared<RetentionCommandOptions>();
+  CLI::App* retention = AddCommand(
+      group, "retention",
+      "Show what a daemon removes by itself: its rules, and what went lately. --dry-run shows what would go, "
+      "also by other rules, and removes nothing. Ages count in days that the daemon has run, so that neither "
+      "a wrong clock nor a start makes anything old. Each removal is a line of audit.log beforehand.",
+      "  weft daemon retention --server unix:/var/lib/weft/weftd.sock\n"
+      "  weft daemon retention --dry-run --ahead-days 7 --server 127.0.0.1:7411\n"
+      "  weft daemon retention --dry-run --keep-takes-days 30 --server 127.0.0.1:7411");
+  AddServerOption(*retention, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
+  CLI::Option* dry_run = retention->add_flag("--dry-run", options->dry_run, "Show what would go");
+  retention->add_flag("--json", options->json, "Print all of it as JSON (weft.v1.RetentionRehearsal)");
+  const auto add = [&](const char* name, auto& value, const char* unit, const char* what) {
+    retention->add_option(name, value, what)
+        ->type_name(unit)
+        ->check(CLI::Range(0.0, 36500.0))
+        ->needs(dry_run);
+  };
+  add("--ahead-days", options->ahead_days, "DAYS", "Also what will go within so many days");
+  add("--keep-takes-days", options->keep_takes_days, "DAYS", "As if the daemon had this rule");
+  add("--keep-trash-days", options->keep_trash_days, "DAYS", "The same");
+  add("--keep-jobs-days", options->keep_jobs_days, "DAYS", "The same");
+  add("--takes-quota-gib", options->takes_quota_gib, "GIB", "The same");
+  add("--least-free-gib", options->least_free_gib, "GIB", "The same");
+  add("--least-trash-hours", options->least_trash_hours, "HOURS", "The same");
+  add("--keep-uploads-days", options->keep_uploads_days, "DAYS", "The same");
+  add("--keep-notices-days", options->keep_notices_days, "DAYS", "The same");
+  retention->callback([options, &line] { line.run = [options] { return RunRetention(*options); }; });
+}
+
+}  // namespace
+
+void AddDaemonCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* group = AddCommand(app, "daemon", "Administer a daemon that runs.", "");
+  group->require_subcommand(1);
+  const auto options = std::make_shared<DrainCommandOptions>();
+  CLI::App* drain = AddCommand(
+      *group, "drain",
+      "Stop a daemon without loss of work, for example for an update. It refuses new jobs, takes and "
+      "operations, "
+      "lets the frames end that workers are at, and stops. Takes that are recorded go on without it.",
+      "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
+      "  weft daemon drain --jobs --server 127.0.0.1:7411");
+  AddServerOption(*drain, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
+  drain->add_flag("--jobs", options->finish_jobs, "Let all jobs end first");
+  drain->callback(
+      [options, &line] { line.run = [options, &line] { return RunDrain(*options, line.quiet); }; });
+  AddRetention(*group, line);
+}
+
+}  // namespace weft

@@ -1,0 +1,161 @@
+// weft dataset meshes: the true cloth of a simulated take, and the person in it, as meshes.
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "alignment/garment_parts.h"
+#include "alignment/mesh_texture.h"
+#include "figure/body.h"
+#include "services/formats/figure/body_file.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/results/export/export_transform.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/progress.h"
+#include "services/work/animation/cloth_take.h"
+
+namespace weft {
+namespace {
+
+struct DatasetMeshesOptions {
+  std::string take, body, out, up = "y", unit = "m";
+};
+
+// Of the person whose pose the take keeps. recipe.txt has the hash of a body that is not the average one, and
+// its factors are in a file of the user's.
+absl::StatusOr<BodyShape> BodyOfTake(const DatasetMeshesOptions& options) {
+  const std::string word = " body ";
+  const absl::StatusOr<std::string> recipe = ReadWholeFile(absl::StrCat(options.take, "/recipe.txt"));
+  const size_t at = recipe.ok() ? recipe->find(word) : std::string::npos;
+  std::string hash = BodyHash(BodyShape());
+  if (at != std::string::npos) hash = recipe->substr(at + word.size(), hash.size());
+  BodyShape shape;
+  if (!options.body.empty()) {
+    const absl::StatusOr<NamedBody> body = ReadBody(options.body);
+    if (!body.ok()) return body.status();
+    shape = body->shape;
+  }
+  if (BodyHash(shape) == hash) return shape;
+  return absl::FailedPreconditionError(absl::StrCat(
+      options.take, ": its person has the body ", hash, ", not ",
+      options.body.empty() ? "the average one" : absl::StrCat(options.body, ", ", BodyHash(shape)),
+      "; give with --body the file that `weft simulate` was given"));
+}
+
+struct WrittenMeshes {
+  int frames = 0;
+  bool has_body = false;
+};
+
+void MoveAll(const ExportTransform& transform, std::vector<Eigen::Vector3d>& vertices) {
+  for (Eigen::Vector3d& v : vertices) v = transform.unit_per_mm * (transform.rotation * v);
+}
+
+// <out>/cloth/<frame>.ply, and <out>/body/<frame>.ply where the take knows the pose.
+absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, ClothTake& take,
+                                          const Template& garment, const MeshTexture& texture,
+                                          const ExportTransform& transform, Progress& progress) {
+  const std::string& out = options.out;
+  WrittenMeshes written;
+  BodyShape shape;
+  if (absl::Status status = CreateFolders(absl::StrCat(out, "/cloth")); !status.ok()) return status;
+  for (int k = 0; k < take.frames(); ++k) {
+    absl::StatusOr<ClothFrame> frame = take.Read(k);
+    if (!frame.ok()) return frame.status();
+    const std::string name = take.frame_names().empty() ? absl::StrFormat("%04d", k) : take.frame_names()[k];
+    if (frame->pose && !written.has_body) {  // before a file of the frame is there: it may be another body
+      const absl::StatusOr<BodyShape> of_take = BodyOfTake(options);
+      if (!of_take.ok()) return of_take.status();
+      shape = *of_take;
+      if (absl::Status status = CreateFolders(absl::StrCat(out, "/body")); !status.ok()) return status;
+      written.has_body = true;
+    }
+    MoveAll(transform, frame->vertices_mm);
+    absl::Status status = WriteMesh(absl::StrCat(out, "/cloth/", name, ".ply"),
+                                    {std::move(frame->vertices_mm), garment.rest.faces}, texture);
+    if (status.ok() && frame->pose) {
+      std::vector<Eigen::Vector3d> body = Body(*frame->pose, shape).MeshVertices();
+      MoveAll(transform, body);
+      status = WriteMesh(absl::StrCat(out, "/body/", name, ".ply"), {std::move(body), Body::MeshFaces()});
+    }
+    if (!status.ok()) return status;
+    ++written.frames;
+    progress.Set(static_cast<uint64_t>(k) + 1, static_cast<uint64_t>(take.frames()));
+  }
+  return written;
+}
+
+absl::StatusOr<ExportTransform> TransformOf(const DatasetMeshesOptions& options) {
+  const absl::StatusOr<UpAxis> up = UpAxisFromName(options.up);
+  if (!up.ok()) return up.status();
+  const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
+  if (!unit.ok()) return unit.status();
+  return ExportTransform::Make(*up, "-y", *unit);
+}
+
+absl::Status WriteTakeMeshes(const DatasetMeshesOptions& options, bool quiet) {
+  const absl::StatusOr<ExportTransform> transform = TransformOf(options);
+  if (!transform.ok()) return transform.status();
+  absl::StatusOr<ClothSource> source = OpenClothSource(options.take, 0);
+  if (!source.ok()) return source.status();
+  if (source->takes.size() != 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(options.take, ": holds ", source->takes.size(),
+                     " takes; give one of them, of a data set one of its folders takes/<take>"));
+  }
+  std::vector<ClothSource> sources;
+  sources.push_back(*std::move(source));
+  ClothTake& take = sources.front().takes.front();
+  const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, "");
+  if (!garment.ok()) return garment.status();
+  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(garment->path);
+  if (!parts.ok()) return parts.status();
+  Progress progress("meshes", 1, ProgressVisible(quiet));
+  const absl::StatusOr<WrittenMeshes> written =
+      WriteMeshes(options, take, garment->garment, TextureOf(garment->garment, *parts), *transform, progress);
+  if (!written.ok()) return written.status();
+  std::printf("%s: the cloth of %d frames%s, %s, %s up, %g frames/s\n", options.out.c_str(), written->frames,
+              written->has_body ? ", and the body" : "", options.unit.c_str(), options.up.c_str(),
+              take.fps());
+  if (!written->has_body && !quiet) {
+    std::printf(
+        "Its person's pose is not known: takes of `weft simulate --motion FILE --no-pictures` and of data "
+        "sets keep it.\n");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      dataset, "meshes",
+      "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the person who wears it as "
+      "DIR/body/<frame>.ply where the take keeps the pose: those of `weft simulate --motion FILE "
+      "--no-pictures` and of data sets do.",
+      "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
+      "  weft dataset meshes take --up z --out meshes");
+  const auto options = std::make_shared<DatasetMeshesOptions>();
+  command->add_option("take", options->take, "A take of `weft simulate`, or of a data set")
+      ->required()
+      ->type_name("DIR");
+  command
+      ->add_option("--body", options->body, "The body that the take was simulated with, where one was given")
+      ->type_name("FILE");
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  command->add_option("--up", options->up, "The axis that points up")
+      ->type_name("AXIS")
+      ->check(OneOf({"y", "z"}));
+  command->add_option("--unit", options->unit, "Unit of lengths")
+      ->type_name("UNIT")
+      ->check(OneOf({"m", "cm", "mm"}));
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return WriteTakeMeshes(*options, line.quiet); }; });
+}
+
+}  // namespace weft

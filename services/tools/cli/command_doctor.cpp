@@ -1,0 +1,72 @@
+// weft doctor: what would spoil a recording on this machine?
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/formats/verdict/verdict.h"
+#include "services/studio/recording/doctor.h"
+#include "services/studio/recording/session_file.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/installation_options.h"
+#include "services/tools/cli/json_output.h"
+
+namespace weft {
+namespace {
+
+struct DoctorCommandOptions {
+  DoctorOptions doctor;
+  InstallationOptions installation;
+  std::string session;
+  bool no_cameras = false;
+  bool json = false;
+};
+
+absl::Status RunDoctor(DoctorCommandOptions& options) {
+  if (!options.session.empty()) {
+    absl::StatusOr<v1::Session> session = ReadSession(options.session);
+    if (!session.ok()) return session.status();
+    options.doctor.session = *std::move(session);
+  }
+  options.doctor.look_for_cameras = !options.no_cameras;
+  v1::DoctorReport report = Examine(options.doctor);
+  ExamineInstallation(options.installation, report);
+  AssessDoctorReport(report);
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
+  } else {
+    std::fputs(DoctorText(report).c_str(), stdout);
+  }
+  return VerdictStatus(report.verdict());
+}
+
+}  // namespace
+
+void AddDoctorCommand(CLI::App& app, CommandLine& line) {
+  const auto options = std::make_shared<DoctorCommandOptions>();
+  CLI::App* doctor = AddCommand(
+      app, "doctor",
+      "Look for what would spoil a recording on this machine: network, socket buffers, permissions, clock, "
+      "disk, cameras, and the data rate of a session; and at the installation: programs, kernel, the daemon, "
+      "its "
+      "state folder, certificates and tokens. Each finding has a remedy. Exit status 1 when frames would be "
+      "lost or "
+      "the daemon does not work.",
+      "  weft doctor --dir /data/takes\n"
+      "  weft doctor --session session.json --dir /data/takes\n"
+      "  weft doctor --config /etc/weft/weftd.txtpb --no-cameras --disk-test-gib 0");
+  doctor
+      ->add_option("--session", options->session, "session.json: opens its cameras and sums their data rates")
+      ->type_name("FILE");
+  doctor->add_option("--dir", options->doctor.directory, "Where takes are to be recorded")->type_name("DIR");
+  doctor
+      ->add_option("--disk-test-gib", options->doctor.disk_test_gib,
+                   "How much to write in testing the disk; 0: nothing")
+      ->type_name("GIB")
+      ->check(CLI::Range(0.0, 1024.0));
+  AddInstallationOptions(*doctor, options->installation);
+  doctor->add_flag("--no-cameras", options->no_cameras, "Do not search for cameras in the network");
+  doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");
+  doctor->callback([options, &line] { line.run = [options] { return RunDoctor(*options); }; });
+}
+
+}  // namespace weft

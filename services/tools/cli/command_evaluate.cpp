@@ -1,0 +1,224 @@
+// weft evaluate: how good a job's result is.
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "services/formats/verdict/verdict.h"
+#include "services/results/evaluation/comparison_report.h"
+#include "services/results/evaluation/comparison_text.h"
+#include "services/results/evaluation/evaluation_report.h"
+#include "services/results/evaluation/evaluation_text.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/evaluate_avatar.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_operation.h"
+
+namespace weft {
+namespace {
+
+struct EvaluateOptions {
+  EvaluationRequest request;
+  std::string against, against_rig, against_garment;
+  EvaluateAvatarOptions avatar;
+  std::string out;
+  int threads = 0;
+  bool json = false;
+};
+
+absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
+  absl::StatusOr<JobEvaluation> evaluation;
+  {
+    Progress progress("evaluate", 1, ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      evaluation =
+          EvaluateJob(options.request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    });
+  }
+  if (!evaluation.ok()) return evaluation.status();
+  if (!options.out.empty())
+    if (absl::Status status = WriteEvaluation(options.out, *evaluation); !status.ok()) return status;
+  if (!options.json) {
+    PrintVerdict(evaluation->verdict);
+    std::printf("\n%s", EvaluationTable(*evaluation).c_str());
+    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
+    return VerdictStatus(evaluation->verdict);
+  }
+  const absl::StatusOr<std::string> json = EvaluationJson(*evaluation);
+  if (!json.ok()) return json.status();
+  std::fputs(json->c_str(), stdout);
+  return VerdictStatus(evaluation->verdict);
+}
+
+absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
+  absl::StatusOr<JobComparison> comparison;
+  {
+    Progress progress("compare", 1, ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      comparison =
+          CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
+                      [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    });
+  }
+  if (!comparison.ok()) return comparison.status();
+  if (!options.out.empty())
+    if (absl::Status status = WriteComparison(options.out, *comparison); !status.ok()) return status;
+  if (!options.json) {
+    std::fputs(ComparisonTable(*comparison).c_str(), stdout);
+    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<std::string> json = ComparisonJson(*comparison);
+  if (!json.ok()) return json.status();
+  std::fputs(json->c_str(), stdout);
+  return absl::OkStatus();
+}
+
+// Avatars come from others.
+std::optional<ConfinedFiles> EvaluatedFilesOf(const EvaluateOptions& options) {
+  const AvatarScoring& scoring = options.avatar.scoring;
+  if (scoring.avatar.empty()) return std::nullopt;
+  return ConfinedFiles{
+      .readable = {scoring.avatar, scoring.baseline, options.request.result, options.request.garment},
+      .writable = {options.out, scoring.meshes}};
+}
+
+absl::Status EvaluateAvatarCommand(const EvaluateOptions& options, bool quiet) {
+  EvaluateAvatarOptions avatar = options.avatar;
+  avatar.scoring.sources = {options.request.result};
+  avatar.scoring.garment = options.request.garment;
+  avatar.scoring.fps = options.request.fps;
+  avatar.scoring.threads = std::max(1, options.threads);
+  avatar.out = options.out;
+  avatar.json = options.json;
+  return EvaluateAvatar(avatar, quiet);
+}
+
+void AddAgainstOptions(CLI::App& command, EvaluateOptions& options) {
+  CLI::Option* against =
+      command
+          .add_option("--against", options.against,
+                      "Another result of the same frames: compare the two, with significance. Truth, take, "
+                      "frame rate and samples are those of both")
+          ->type_name("DIR");
+  command
+      .add_option("--against-rig", options.against_rig,
+                  "The cameras of the other result, rig.json; by default those of its job")
+      ->type_name("FILE")
+      ->needs(against);
+  command
+      .add_option("--against-template", options.against_garment,
+                  "Folder of the other result's template; by default that of its job")
+      ->type_name("DIR")
+      ->needs(against);
+}
+
+void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
+  CLI::Option* truth =
+      command
+          .add_option("--truth", request.truth,
+                      "The folder truth of a synthetic take; by default <take>/truth where that fits")
+          ->type_name("DIR");
+  command.add_flag("--no-truth", request.no_truth, "Leave a truth beside the take alone")->excludes(truth);
+  command.add_option("--take", request.dump, "The dump with the pictures; by default that of the job")
+      ->type_name("DUMP");
+  command.add_option("--rig", request.rig, "The cameras, rig.json; by default that of the job")
+      ->type_name("FILE");
+  command.add_option("--template", request.garment, "Folder of the template; by default that of the job")
+      ->type_name("DIR");
+  command
+      .add_option("--fps", request.fps,
+                  "Frames per second of the take, for drift; by default by the times of the take")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option(
+          "--samples", request.samples,
+          "Frames at which geodesic distortion and texture drift are measured, spread evenly; 0 for all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--sources", request.geodesics.sources,
+                  "Vertices that geodesic distances are measured from")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000));
+  command.add_option("--seed", request.geodesics.seed, "Of the choice of those vertices")->type_name("N");
+  command.add_flag("--quick", request.quick,
+                   "Leave out geodesic distortion and texture drift, which take long");
+}
+
+// Its report.html and tables would take the place of the job's.
+absl::Status CheckOutIsNoResult(const EvaluateOptions& options) {
+  std::error_code error;
+  for (const std::string& result : {options.request.result, options.against}) {
+    if (options.out.empty() || !std::filesystem::equivalent(options.out, result, error)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("--out ", options.out,
+                     ": is the result itself, whose report.html would be replaced; give a folder of "
+                     "its own, ",
+                     options.out, "/evaluation"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "evaluate",
+      "Measure a job's result, against the truth of a synthetic take where there is one. With a "
+      "truth: precision and "
+      "recall of decoding, error of the cloud, distance of every vertex to its true position (apart "
+      "for vertices that 3 cameras or more see and for all others; where the template is not that "
+      "of the take, by board cell), exact drift. Without: coverage and "
+      "visibility, correspondence "
+      "drift by optical flow between unwrapped textures, geodesic distortion against the "
+      "template, self-intersections, "
+      "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
+      "measured is named with the "
+      "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
+      "frames.csv, cameras.csv and report.html. With --against: both results side by side, frame by "
+      "frame; every difference with its standard error and the probability that it is chance. Then --out "
+      "has comparison.json, tables as CSV, plots and maps as SVG, and report.html. With --avatar: how well a "
+      "garment's "
+      "avatar follows it before few cameras, on takes whose truth is known. The carrier (its shape before it "
+      "is "
+      "polished) and the best that its shapes can do stand beside it, and the goals of sparse-view driving "
+      "below.",
+      "  weft evaluate result --out result/evaluation\n"
+      "  weft evaluate best --against paper --quick --out comparison\n"
+      "  weft evaluate result --truth take/truth --quick\n"
+      "  weft evaluate result --truth take/truth --json > scores.json\n"
+      "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3 --check");
+  auto options = std::make_shared<EvaluateOptions>();
+  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
+      ->required()
+      ->type_name("DIR");
+  AddInputOptions(*command, options->request);
+  AddAgainstOptions(*command, *options);
+  AddEvaluateAvatarOptions(*command, options->avatar);
+  command->get_option("--avatar")->excludes("--against");
+  command->add_option("--out", options->out, "Folder for report and tables, made where it is missing")
+      ->type_name("DIR");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json,
+                    "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
+  const auto here = [options, &line] {
+    if (absl::Status status = CheckOutIsNoResult(*options); !status.ok()) return status;
+    if (!options->avatar.scoring.avatar.empty()) return EvaluateAvatarCommand(*options, line.quiet);
+    return options->against.empty() ? EvaluateCommand(*options, line.quiet)
+                                    : CompareCommand(*options, line.quiet);
+  };
+  RunHereOrAtDaemon(*command, line, here, [options] { return EvaluatedFilesOf(*options); });
+}
+
+}  // namespace weft

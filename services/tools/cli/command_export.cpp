@@ -1,0 +1,330 @@
+// weft export: a job's result as files of other programs.
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/results/export/export_overlays.h"
+#include "services/results/export/export_result.h"
+#include "services/results/export/export_textures.h"
+#include "services/results/export/texture_atlas.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/input_options.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_operation.h"
+
+namespace weft {
+namespace {
+
+struct ExportCommandOptions {
+  ExportRequest request;
+  OverlayRequest overlays;
+  TextureRequest textures;
+  std::string format, up, unit = "m", attributes, overlay;
+  bool json = false;
+};
+
+absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& options) {
+  ExportRequest request = options.request;
+  const absl::StatusOr<ExportFormat> format = ExportFormatFromName(options.format);
+  if (!format.ok()) return format.status();
+  request.format = *format;
+  if (!options.up.empty()) {
+    const absl::StatusOr<UpAxis> up = UpAxisFromName(options.up);
+    if (!up.ok()) return up.status();
+    request.up = *up;
+  }
+  const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
+  if (!unit.ok()) return unit.status();
+  request.unit = *unit;
+  request.recording = options.overlays.recording;
+  request.texture_px = options.textures.texture_px;
+  request.normal_map_px = options.textures.normal_map_px;
+  request.max_vertices = options.textures.max_vertices;
+  request.has_attributes_named = !options.attributes.empty();
+  if (options.attributes == "none") return request;
+  for (const absl::string_view name : absl::StrSplit(options.attributes, ',', absl::SkipEmpty())) {
+    const absl::StatusOr<ExportAttribute> attribute = ExportAttributeFromName({name.data(), name.size()});
+    if (!attribute.ok()) return attribute.status();
+    request.attributes.push_back(*attribute);
+  }
+  return request;
+}
+
+std::optional<PictureFormat> PictureFormatOf(const std::string& format) {
+  for (const PictureFormat picture :
+       {PictureFormat::kJpeg, PictureFormat::kPng, PictureFormat::kMp4, PictureFormat::kMkv})
+    if (format == EndingOf(picture)) return picture;
+  return std::nullopt;
+}
+
+absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
+  OverlayRequest request = options.overlays;
+  const std::optional<PictureFormat> format = PictureFormatOf(options.format);
+  if (!format)
+    return absl::InvalidArgumentError("--overlay: needs --format jpg or png, or mp4 or mkv for videos");
+  if (options.overlay.empty())
+    return absl::InvalidArgumentError(
+        absl::StrCat("--format ", options.format,
+                     ": such pictures are the cameras' images; say with --overlay "
+                     "what is drawn over them: wireframe, state, sigma or none"));
+  const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
+  if (!kind.ok()) return kind.status();
+  request.kind = *kind;
+  request.result = options.request.result;
+  request.out = options.request.out;
+  request.frames = options.request.frames;
+  request.allow_unfinished = options.request.allow_unfinished;
+  request.format = *format;
+  request.fps = options.request.fps;
+  return request;
+}
+
+absl::StatusOr<TextureRequest> TextureRequestOf(const ExportCommandOptions& options) {
+  if (options.format != "png") {
+    return absl::InvalidArgumentError(
+        "--texture, --normal-map: need --format png, which loses nothing and has transparency, or glb");
+  }
+  TextureRequest request = options.textures;
+  request.result = options.request.result;
+  request.out = options.request.out;
+  request.frames = options.request.frames;
+  request.allow_unfinished = options.request.allow_unfinished;
+  request.fps = options.request.fps;
+  request.recording = options.overlays.recording;
+  return request;
+}
+
+// One bar for each step.
+class ExportBars {
+ public:
+  explicit ExportBars(bool quiet) : visible_(ProgressVisible(quiet)) {}
+
+  void Show(ExportStep step, size_t done, size_t all) {
+    if (step_ != step) {
+      bar_.reset();
+      bar_.emplace(step == ExportStep::kCheck     ? "check"
+                   : step == ExportStep::kTexture ? "texture"
+                                                  : "export",
+                   all, visible_);
+      step_ = step;
+    }
+    bar_->Set(done, all);
+  }
+
+ private:
+  const bool visible_;
+  std::optional<ExportStep> step_;
+  std::optional<Progress> bar_;
+};
+
+std::string ExportSummaryText(const ExportCommandOptions& options, const ExportOutcome& outcome) {
+  const v1::Export& manifest = outcome.manifest;
+  int missing = 0, bridged = 0;
+  for (const v1::ExportedFrame& frame : manifest.frames()) {
+    missing += !frame.missing_because().empty();
+    bridged += frame.bridged();
+  }
+  const char* const already = outcome.was_complete ? "; it was complete already" : "";
+  if (manifest.overlay() == "texture" || manifest.overlay() == "normal map") {
+    std::string text = absl::StrCat(options.request.out, ": ");
+    if (manifest.texture_px() > 0) absl::StrAppend(&text, "textures of ", manifest.texture_px(), " px, ");
+    if (manifest.normal_map_px() > 0)
+      absl::StrAppend(&text, "normal maps of ", manifest.normal_map_px(), " px for ", manifest.vertices(),
+                      " vertices, ");
+    return absl::StrCat(text, manifest.frames_size() - missing, " frames", already);
+  }
+  if (!manifest.overlay().empty()) {
+    const bool is_alone = options.overlay == "none", is_undistorted = options.overlays.undistort;
+    return absl::StrFormat("%s: %s pictures of %d cameras%s, %d frames%s", options.request.out,
+                           is_alone ? "the" : absl::StrCat(options.overlay, " over the"),
+                           manifest.files_size() - (is_undistorted ? 1 : 0),
+                           is_undistorted ? ", undistorted" : "", manifest.frames_size() - missing, already);
+  }
+  std::string text =
+      absl::StrFormat("%s: %s, %d frames of %d vertices and %d faces, %s, %s up", options.request.out,
+                      manifest.format(), manifest.frames_size() - missing, manifest.vertices(),
+                      manifest.faces(), manifest.transform().unit(), manifest.transform().up());
+  if (manifest.fps() > 0)
+    absl::StrAppend(&text, absl::StrFormat(", %g frames/s (%s)", manifest.fps(), manifest.fps_source()));
+  if (manifest.texture_px() > 0)
+    absl::StrAppend(&text, ", with a texture of ", manifest.texture_px(), " px from ",
+                    manifest.texture_frames_size(), " frames");
+  if (manifest.normal_map_px() > 0)
+    absl::StrAppend(&text, ", with a normal map of ", manifest.normal_map_px(), " px");
+  if (bridged > 0) absl::StrAppend(&text, ", ", bridged, " bridged");
+  if (missing > 0) absl::StrAppend(&text, ", ", missing, " without a mesh");
+  return text + already;
+}
+
+absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, bool quiet) {
+  const StopOnSignal stop;
+  ExportBars bars(quiet);
+  const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
+    bars.Show(step, done, all);
+  };
+  const bool has_textures = options.textures.texture_px > 0 || options.textures.normal_map_px > 0;
+  if (has_textures && PictureFormatOf(options.format)) {
+    const absl::StatusOr<TextureRequest> textures = TextureRequestOf(options);
+    if (!textures.ok()) return textures.status();
+    return ExportTextures(*textures, show, stop.token());
+  }
+  if (!options.overlay.empty() || PictureFormatOf(options.format)) {
+    const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
+    if (!overlays.ok()) return overlays.status();
+    return ExportOverlays(*overlays, show, stop.token());
+  }
+  const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
+  if (!request.ok()) return request.status();
+  return ExportResult(*request, show, stop.token());
+}
+
+absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
+  const absl::StatusOr<ExportOutcome> outcome = RunExport(options, quiet);
+  if (!outcome.ok()) return outcome.status();
+  if (options.json) return PrintJsonMessage(outcome->manifest);
+  std::vector<std::string> warnings = outcome->warnings;
+  const auto& notes = outcome->manifest.notes();
+  warnings.insert(warnings.end(), notes.begin(), notes.end());
+  for (const std::string& warning : warnings)
+    if (!quiet) PrintWarning(warning);
+  absl::PrintF("%s\n", ExportSummaryText(options, *outcome));
+  return absl::OkStatus();
+}
+
+void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
+  command.add_option("--up", options.up, "The axis that points up; by default that of the format, see above")
+      ->type_name("AXIS")
+      ->check(OneOf({"y", "z"}));
+  command
+      .add_option("--world-up", options.request.world_up,
+                  "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`")
+      ->type_name("AXIS")
+      ->check(OneOf({"x", "-x", "y", "-y", "z", "-z"}));
+  command.add_option("--unit", options.unit, "Unit of lengths")
+      ->type_name("UNIT")
+      ->check(OneOf({"m", "cm", "mm"}));
+  command
+      .add_option("--fps", options.request.fps,
+                  "Frames per second of the take, for times and velocities; 0: by the times of the take")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+}
+
+void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
+  command
+      .add_option(
+          "--overlay", options.overlay,
+          "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
+          "faces by state or sigma; none: the pictures alone")
+      ->type_name("WHAT")
+      ->check(OneOf({"wireframe", "state", "sigma", "none"}));
+  command
+      .add_flag("--undistort", options.overlays.undistort,
+                "Of overlays: as a camera without lens distortion and with square pixels sees them, which is "
+                "written as DIR/rig.json; backgrounds for cameras of Blender and others")
+      ->needs("--overlay");
+  command
+      .add_option(
+          "--texture", options.textures.texture_px,
+          "The garment's texture, unwrapped from the pictures of all cameras to this width and height; with "
+          "--format png of each frame, with glb one for all; 0: none")
+      ->type_name("PX")
+      ->check(CLI::Range(0, kMaxAtlasPx))
+      ->excludes("--overlay");
+  command
+      .add_option(
+          "--normal-map", options.textures.normal_map_px,
+          "The normal map of each frame, of this width and height, for the coarser mesh of --max-vertices: "
+          "with --format png DIR/<frame>.normal.png, in a glb that of its only frame; 0: none")
+      ->type_name("PX")
+      ->check(CLI::Range(0, kMaxAtlasPx))
+      ->excludes("--overlay");
+  command
+      .add_option("--texture-frames", options.request.texture_frames,
+                  "Of the texture of a glb: how many of the frames it is the mean of")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--camera", options.overlays.recording.cameras,
+                  "Of overlays and textures: which cameras, all by default")
+      ->type_name("ID");
+  command
+      .add_option("--take", options.overlays.recording.dump,
+                  "Of overlays and textures: the recording; by default that of the job")
+      ->type_name("DUMP");
+  command
+      .add_option("--rig", options.overlays.recording.rig,
+                  "Of overlays and textures: rig.json; by default that of the job")
+      ->type_name("FILE");
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "export",
+      absl::StrCat(
+          "Write a job's result as files of other programs. Every frame has the same vertices and faces, in "
+          "the "
+          "template's order. Formats, with the axis that points up and the attributes that they carry:\n",
+          FormatTable(),
+          "Debian 12 has no libraries of Alembic and binary USD. A stopped export goes on when the command "
+          "is repeated. export.json comes last; it has transform, frame rate, and the state of every frame "
+          "(bridged, missing). With --overlay: pictures of cameras with the mesh over them, "
+          "DIR/<camera>/<frame>.jpg, or videos, DIR/<camera>.mp4."),
+      "  weft export result --format glb --out garment\n"
+      "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
+      "  weft export result --format glb --texture 2048 --meshopt --out web\n"
+      "  weft export result --format glb --frames 0010 --max-vertices 2000 --texture 2048 --normal-map 2048 "
+      "--out doll\n"
+      "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
+      "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
+      "  weft export result --format jpg --overlay none --undistort --out backgrounds\n"
+      "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
+      "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
+  const auto options = std::make_shared<ExportCommandOptions>();
+  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
+      ->required()
+      ->type_name("DIR");
+  std::vector<std::string> formats = {"jpg", "png", "mp4", "mkv"};  // of overlays
+  for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
+  command->add_option("--format", options->format, "Format of the files")
+      ->required()
+      ->type_name("FORMAT")
+      ->check(OneOf(formats));
+  command->add_option("--out", options->request.out, "Folder to write to, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  AddFramesOption(*command, options->request.frames, "Which frames, all by default");
+  AddPlacement(*command, *options);
+  command
+      ->add_option(
+          "--attributes", options->attributes,
+          "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal")
+      ->type_name("LIST");
+  command
+      ->add_option("--max-vertices", options->textures.max_vertices,
+                   "A coarser mesh of at most so many of the template's vertices, the same in all exports of "
+                   "a job; 0: all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag(
+      "--meshopt", options->request.meshopt,
+      "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; Blender "
+      "does not read it");
+  command->add_flag("--allow-unfinished", options->request.allow_unfinished,
+                    "Export what is there of a job that has not ended");
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");
+  AddOverlays(*command, *options);
+  RunHereOrAtDaemon(*command, line, [options, &line] { return ExportCommand(*options, line.quiet); });
+}
+
+}  // namespace weft

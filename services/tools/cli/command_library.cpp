@@ -1,0 +1,191 @@
+// weft library: rigs, boards, templates, dumps and avatars in the library of a daemon.
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+#include "services/ground/process/exit_status.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/upload_inputs.h"
+#include "services/tools/client/library_client.h"
+#include "services/work/items/item_words.h"
+
+namespace weft {
+namespace {
+
+struct LibraryOptions {
+  std::string server;
+  std::string kind;
+  std::string path;
+  std::string name;
+  std::string item;
+  std::string out;
+  bool json = false;
+};
+
+struct LibraryContext {
+  const RegistrationClient& connection;
+  const LibraryOptions& options;
+  v1::ItemKind kind;
+  bool quiet;
+};
+
+std::string ItemText(const v1::LibraryItem& item) {
+  const std::string content =
+      absl::StrFormat("%-8s  %7d files  %12.3f MB  sha256:%s", ItemKindWord(item.kind()), item.file_count(),
+                      static_cast<double>(item.bytes()) / 1e6, item.id());
+  std::string text;
+  for (const v1::ItemName& name : item.names()) {
+    const absl::Time time = absl::FromUnixNanos(name.created_unix_ns());
+    absl::StrAppend(&text, content, "  ", absl::FormatTime("%Y-%m-%d %H:%M:%S", time, absl::LocalTimeZone()),
+                    "  ", name.name(), "@", name.version(), "\n");
+  }
+  return text.empty() ? content + "\n" : text;
+}
+
+absl::Status PrintItem(const v1::LibraryItem& item, const LibraryContext& context) {
+  if (context.options.json) return PrintJsonMessage(item);
+  if (!context.quiet) std::fputs(ItemText(item).c_str(), stdout);
+  return absl::OkStatus();
+}
+
+absl::Status UploadItem(const LibraryContext& context) {
+  const LibraryOptions& options = context.options;
+  const absl::StatusOr<v1::LibraryItem> item =
+      UploadInput(context.connection, {context.kind, options.path, options.name}, context.quiet);
+  return item.ok() ? PrintItem(*item, context) : item.status();
+}
+
+absl::Status ListItems(const LibraryContext& context) {
+  const absl::StatusOr<v1::ListItemsResponse> list = LibraryClient(context.connection).List(context.kind);
+  if (!list.ok()) return list.status();
+  if (context.options.json) return PrintJsonMessage(*list);
+  for (const std::string& damaged : list->damaged()) PrintWarning(damaged);
+  if (list->items().empty()) std::printf("no items at %s\n", context.options.server.c_str());
+  for (const v1::LibraryItem& item : list->items()) std::fputs(ItemText(item).c_str(), stdout);
+  return absl::OkStatus();
+}
+
+absl::Status GetItem(const LibraryContext& context) {
+  LibraryClient library(context.connection);
+  const absl::StatusOr<v1::LibraryItem> item = library.Get(context.kind, context.options.item);
+  if (!item.ok()) return item.status();
+  if (!context.options.out.empty()) {
+    Progress bar("get", static_cast<uint64_t>(item->bytes()), ProgressVisible(context.quiet),
+                 ProgressUnit::kPercent);
+    const absl::Status status = library.Fetch(
+        *item, context.options.out, [&bar](uint64_t done, uint64_t total) { bar.Set(done, total); });
+    if (!status.ok()) return status;
+  }
+  return PrintItem(*item, context);
+}
+
+absl::Status DeleteItem(const LibraryContext& context) {
+  const absl::StatusOr<v1::DeleteItemResponse> deleted =
+      LibraryClient(context.connection).Delete(context.kind, context.options.item);
+  if (!deleted.ok()) return deleted.status();
+  if (context.options.json) return PrintJsonMessage(*deleted);
+  if (!context.quiet) {
+    std::printf("%s\n",
+                deleted->content_deleted() ? "deleted" : "name deleted; other names keep the content");
+  }
+  return absl::OkStatus();
+}
+
+enum LibraryArguments : unsigned { kLibraryPath = 1, kLibraryItem = 2, kLibraryAnyKind = 4, kLibraryOut = 8 };
+
+struct LibraryCommand {
+  const char* name;
+  const char* description;
+  const char* example;
+  unsigned arguments;
+  absl::Status (*action)(const LibraryContext& context);
+};
+
+absl::Status RunLibraryCommand(const LibraryCommand& command, const LibraryOptions& options, bool quiet) {
+  v1::ItemKind kind = v1::ITEM_KIND_UNSPECIFIED;
+  if (!options.kind.empty()) {
+    const absl::StatusOr<v1::ItemKind> parsed = ParseItemKind(options.kind);
+    if (!parsed.ok()) return parsed.status();
+    kind = *parsed;
+  }
+  const auto connection = RegistrationClient::Connect(options.server);
+  if (!connection.ok()) return connection.status();
+  return command.action({**connection, options, kind, quiet});
+}
+
+void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCommand& what) {
+  CLI::App* command = AddCommand(library, what.name, what.description, what.example);
+  auto options = std::make_shared<LibraryOptions>();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
+  CLI::Option* kind =
+      command->add_option("KIND", options->kind, "rig, board, template, dump or avatar")->type_name("");
+  if (!(what.arguments & kLibraryAnyKind)) kind->required();
+  if (what.arguments & kLibraryPath) {
+    command
+        ->add_option("PATH", options->path,
+                     "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar")
+        ->required()
+        ->type_name("");
+    command->add_option("--name", options->name, "Name in the library; that of PATH without it")
+        ->type_name("NAME");
+  }
+  if (what.arguments & kLibraryItem) {
+    command->add_option("ITEM", options->item, "NAME (its newest version), NAME@VERSION or sha256:HEX")
+        ->required()
+        ->type_name("");
+  }
+  if (what.arguments & kLibraryOut) {
+    command->add_option("--out", options->out, "Copy the files to this folder, made where it is missing")
+        ->type_name("DIR");
+  }
+  command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options, what, &line] {
+    line.run = [options, what, &line] { return RunLibraryCommand(what, *options, line.quiet); };
+  });
+}
+
+}  // namespace
+
+void AddLibraryCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* library = AddCommand(
+      app, "library",
+      "Rigs, boards, templates, dumps and avatars in the library of a daemon, for clients that share no "
+      "folder with "
+      "it. "
+      "Jobs name them library:NAME, library:NAME@VERSION or library:sha256:HEX",
+      "  weft library upload rig rig.json --name studio --server studio:7411\n"
+      "  weft register library:jump --rig library:studio --board library:stripes --template library:shirt "
+      "--out result --server studio:7411");
+  library->require_subcommand(1);
+  const LibraryCommand commands[] = {
+      {"upload",
+       "Send a rig, board, template, dump or avatar to the library. Other content under a name that is taken "
+       "becomes "
+       "its next version. An upload that was stopped goes on when the command is repeated, and content that "
+       "the daemon has is not sent",
+       "  weft library upload rig rig.json --name studio --server studio:7411\n"
+       "  weft library upload template shirt --server studio:7411\n"
+       "  weft library upload dump /data/jump --server studio:7411\n"
+       "  weft library upload avatar shirt.avatar --server studio:7411",
+       kLibraryPath, UploadItem},
+      {"list", "List the items of the library with all their names and versions",
+       "  weft library list --server studio:7411\n"
+       "  weft library list rig --server studio:7411",
+       kLibraryAnyKind, ListItems},
+      {"get", "Show an item, and with --out copy its files to this machine",
+       "  weft library get rig studio --server studio:7411\n"
+       "  weft library get rig studio@2 --out rig --server studio:7411",
+       kLibraryItem | kLibraryOut, GetItem},
+      {"delete",
+       "Delete a version of an item. The content goes with its last name; it stays while a job that has not "
+       "ended uses it",
+       "  weft library delete rig studio@1 --server studio:7411", kLibraryItem, DeleteItem}};
+  for (const LibraryCommand& command : commands) AddOneLibraryCommand(*library, line, command);
+}
+
+}  // namespace weft

@@ -1,0 +1,48 @@
+// What every command of `weft` shares: how it is declared and run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/tools/cli/confined_run.h"
+
+namespace weft {
+
+// The parsed command line. A command's Add function declares its options and, in the subcommand's callback,
+// sets `run`; main runs it after everything is parsed.
+struct CommandLine {
+  bool quiet = false;            // no progress, no notes
+  bool writes_remotely = false;  // --out is a path of the daemon's machine
+  std::function<absl::Status()> run;
+  std::optional<ConfinedFiles> confined;  // `run` is confined to these; none: it is not
+};
+
+// "Value -2 not in range 0 - 1797...": the bound of 309 digits means that there is none.
+std::string WithoutHugeNumbers(const std::string& parse_error);
+
+// NaN and infinity where the option takes a number.
+absl::Status CheckFinite(const CLI::App& command);
+
+// Where the folder in which --out is to be made is not there, as in a misspelt path: NotFound for files, and
+// for takes, boards, templates, rigs and data sets; else a warning, since the command makes it.
+absl::Status CheckOut(const CLI::App& command, bool is_quiet);
+
+// A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
+CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
+                     const std::string& examples);
+
+// Of a value that is one of `names`. Refuses others, with the name that is nearest.
+CLI::Validator OneOf(std::vector<std::string> names);
+
+// A unit that LengthUnitNamed knows; its names are listed.
+CLI::Validator OneLengthUnit();
+
+// --server, by WEFT_SERVER where it is not given.
+CLI::Option* AddServerOption(CLI::App& command, std::string& server, const std::string& description);
+
+}  // namespace weft

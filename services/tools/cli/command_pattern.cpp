@@ -1,0 +1,272 @@
+// weft pattern: boards, before they are printed.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "pattern/board/board_generation.h"
+#include "pattern/board/coding_report.h"
+#include "pattern/board/joint_board.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/tools/cli/coding_report_text.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/progress.h"
+
+namespace weft {
+namespace {
+
+struct GenerateOptions {
+  BoardGenerationOptions board;
+  std::string panels;
+  std::vector<std::string> apart_from;
+  std::string out;
+  bool json = false;
+  OutputGuard guard;
+};
+
+// The fabric of a board that is gone can no longer be read.
+absl::Status MayWriteBoard(const std::string& folder, const Board& board, const OutputGuard& guard) {
+  const std::string file = (std::filesystem::path(folder) / "board.json").string();
+  const absl::StatusOr<Board> before = ReadBoard(file);
+  const bool is_same = before.ok() && before->ContentHash() == board.ContentHash() &&
+                       before->cell_mm == board.cell_mm;  // the hash is of the colours alone
+  if (is_same) return absl::OkStatus();
+  return guard.MayReplace(file, "a board, whose fabric may be sewn");
+}
+
+absl::Status Generate(const GenerateOptions& options) {
+  BoardGenerationOptions made = options.board;
+  if (!options.panels.empty()) {
+    absl::StatusOr<std::vector<uint8_t>> panels = ReadPanelMask(options.panels, made.rows, made.cols);
+    if (!panels.ok()) return panels.status();
+    made.panels = *std::move(panels);
+  }
+  for (const std::string& path : options.apart_from) {
+    absl::StatusOr<Board> other = ReadBoard(path);
+    if (!other.ok()) return other.status();
+    made.apart_from.push_back(*std::move(other));
+  }
+  absl::StatusOr<Board> board;
+  {
+    Progress progress("generate", 100, ProgressVisible(false), ProgressUnit::kPercent);
+    board = GenerateBoard(made, [&](double share) {
+      progress.Set(static_cast<uint64_t>(100 * share), 100);
+      return true;
+    });
+  }
+  if (!board.ok()) return board.status();
+  if (absl::Status status = MayWriteBoard(options.out, *board, options.guard); !status.ok()) return status;
+  const std::string provenance = absl::StrCat("weft pattern generate, seed ", made.seed);
+  if (absl::Status status = WriteBoard(options.out, *board, provenance); !status.ok()) return status;
+  if (options.json) {
+    const absl::StatusOr<std::string> written = ReadWholeFile(options.out + "/board.json");
+    if (!written.ok()) return written.status();
+    std::fputs(written->c_str(), stdout);
+    return absl::OkStatus();
+  }
+  std::printf("%s/board.json: %d rows, %d columns, cells of %g mm (%.0f x %.0f mm), hash %s\n",
+              options.out.c_str(), board->rows, board->cols, board->cell_mm, board->cols * board->cell_mm,
+              board->rows * board->cell_mm, board->ContentHash().c_str());
+  return absl::OkStatus();
+}
+
+struct BoardCheckOptions {
+  std::vector<std::string> boards;
+  size_t limit = 20;
+  bool compare = false;
+  CodingReportOptions report;
+  bool json = false;
+};
+
+// Where a window is: on which of several boards, and where there.
+std::string PlaceText(const BoardCheckOptions& options, const Board& board, int row, int col) {
+  const int part = options.boards.size() > 1 ? board.PartAt(row) : -1;
+  if (part < 0) return absl::StrCat("row ", row, ", column ", col);
+  return absl::StrCat("row ", row - board.parts[part].first_row, ", column ", col, " of ",
+                      options.boards[part]);
+}
+
+void PrintCheck(const BoardCheckOptions& options, const Board& board, const CodingReport& report,
+                const CodingReport* random, const std::vector<CodeClash>& clashes) {
+  std::printf("%s: %d rows, %d columns, hash %s\n", absl::StrJoin(options.boards, " and ").c_str(),
+              board.rows, board.cols, board.ContentHash().c_str());
+  std::printf("%s", CodingReportText(board, report, random).c_str());
+  for (const CodeClash& c : clashes) {
+    std::printf("clash: the 3x3 window at %s reads as the one at %s (%d degrees)\n",
+                PlaceText(options, board, c.row_a, c.col_a).c_str(),
+                PlaceText(options, board, c.row_b, c.col_b).c_str(), 90 * c.quarter_turns);
+  }
+  if (!clashes.empty()) return;
+  std::printf("every 3x3 window %sis unique under rotation%s\n",
+              board.panels.empty() || options.boards.size() > 1 ? "" : "of a panel ",
+              options.boards.size() > 1 ? " over all boards: garments of them may be filmed together" : "");
+}
+
+absl::StatusOr<Board> ReadBoards(const std::vector<std::string>& paths) {
+  if (paths.size() == 1) return ReadBoard(paths[0]);
+  std::vector<Board> boards;
+  for (const std::string& path : paths) {
+    absl::StatusOr<Board> board = ReadBoard(path);
+    if (!board.ok()) return board.status();
+    boards.push_back(*std::move(board));
+  }
+  return JoinBoards(boards);
+}
+
+absl::Status CheckBoard(const BoardCheckOptions& options) {
+  const absl::StatusOr<Board> board = ReadBoards(options.boards);
+  if (!board.ok()) return board.status();
+  const std::vector<CodeClash> clashes = board->FindClashes(options.limit);
+  const absl::StatusOr<CodingReport> report = MakeCodingReport(*board, options.report);
+  if (!report.ok()) return report.status();
+  std::optional<CodingReport> random;
+  if (options.compare) {
+    const absl::StatusOr<Board> other =
+        GenerateBoard(board->rows, board->cols, board->cell_mm, options.report.seed);
+    if (!other.ok()) return other.status();
+    const absl::StatusOr<CodingReport> its = MakeCodingReport(*other, options.report);
+    if (!its.ok()) return its.status();
+    random = *its;
+  }
+  const CodingReport* shown = random ? &*random : nullptr;
+  if (options.json) {
+    std::printf("%s\n", CodingReportJson(*board, *report, shown, clashes).c_str());
+  } else {
+    PrintCheck(options, *board, *report, shown, clashes);
+  }
+  if (clashes.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(absl::StrJoin(options.boards, " and "), ": ", clashes.size(),
+                   clashes.size() == options.limit ? " or more" : "",
+                   " pairs of 3x3 windows read the same; their cells are ambiguous",
+                   options.boards.size() > 1 ? " where both boards are seen; print one that was made with "
+                                               "`weft pattern generate --apart-from` the other"
+                                             : ""));
+}
+
+struct JoinOptions {
+  std::vector<std::string> boards;
+  std::string out;
+  OutputGuard guard;
+};
+
+absl::Status Join(const JoinOptions& options) {
+  const absl::StatusOr<Board> joint = ReadBoards(options.boards);
+  if (!joint.ok()) return joint.status();
+  const std::vector<CodeClash> clashes = joint->FindClashes(1);
+  if (!clashes.empty())
+    return absl::InvalidArgumentError(absl::StrCat(
+        absl::StrJoin(options.boards, " and "),
+        ": 3x3 windows of one read as windows of the other; `weft pattern check` lists them, `weft pattern "
+        "generate --apart-from` makes boards that share none"));
+  if (absl::Status status = MayWriteBoard(options.out, *joint, options.guard); !status.ok()) return status;
+  const std::string provenance = "weft pattern join";
+  if (absl::Status status = WriteBoard(options.out, *joint, provenance); !status.ok()) return status;
+  std::printf("%s/board.json: %d rows, %d columns, hash %s\n", options.out.c_str(), joint->rows, joint->cols,
+              joint->ContentHash().c_str());
+  for (size_t i = 0; i < joint->parts.size(); ++i) {
+    const BoardPart& part = joint->parts[i];
+    std::printf("  rows %d to %d: %s\n", part.first_row, part.first_row + part.rows - 1,
+                options.boards[i].c_str());
+  }
+  return absl::OkStatus();
+}
+
+void AddGenerate(CLI::App& pattern, CommandLine& line) {
+  CLI::App* generate = AddCommand(
+      pattern, "generate",
+      "Make a board whose 3x3 windows are unique under rotation, and hard to mistake for each other: "
+      "DIR/board.json and DIR/board.png (one pixel per cell). The same seed makes the same board.",
+      "  weft pattern generate --rows 300 --cols 900 --cell-mm 2.7 --seed 1 --out shirt_board\n"
+      "  weft pattern generate --rows 1200 --cols 1200 --panels panels.png --out big_board\n"
+      "  weft pattern generate --rows 200 --cols 300 --apart-from shirt_board --out skirt_board");
+  auto options = std::make_shared<GenerateOptions>();
+  generate->add_option("--rows", options->board.rows, "Rows of cells")->required()->type_name("N");
+  generate->add_option("--cols", options->board.cols, "Columns of cells")->required()->type_name("N");
+  generate->add_option("--cell-mm", options->board.cell_mm, "Pitch of the cells on the cloth")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  generate
+      ->add_option("--square-fraction", options->board.square_fraction,
+                   "Coloured part of the pitch, the rest is ink line")
+      ->type_name("SHARE")
+      ->check(CLI::Range(0.3, 1.0));
+  generate
+      ->add_option(
+          "--panels", options->panels,
+          "Image with one pixel per cell, black outside of the garment's panels: only windows within "
+          "one panel are made unique")
+      ->type_name("MASK");
+  generate
+      ->add_option("--apart-from", options->apart_from,
+                   "Boards of garments that may be filmed together with this one: no window reads as one of "
+                   "theirs")
+      ->type_name("BOARD");
+  generate->add_option("--seed", options->board.seed, "Seed of the search")->type_name("N");
+  generate->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*generate);
+  generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
+  generate->callback([options, &line] { line.run = [options] { return Generate(*options); }; });
+}
+
+void AddCheck(CLI::App& pattern, CommandLine& line) {
+  CLI::App* check = AddCommand(
+      pattern, "check",
+      "Check that every 3x3 window of a board is unique under rotation, and show how distinct its windows "
+      "are: odds that wrong, unread or mirrored colours read as other windows, and how far the "
+      "nearest other window is. Several boards are checked against each other, too: garments of them can "
+      "only be filmed together where no window reads as one of another board. Exit status 2 when windows "
+      "clash.",
+      "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
+      "  weft pattern check shirt_board --json\n  weft pattern check shirt_board skirt_board");
+  auto options = std::make_shared<BoardCheckOptions>();
+  check->add_option("BOARD", options->boards, "board.json, or an image with one pixel per cell; one or more")
+      ->required()
+      ->type_name("");
+  check->add_option("--limit", options->limit, "The most clashes to list")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  check
+      ->add_option("--samples", options->report.samples,
+                   "Windows per size whose nearest other one is searched for")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  check->add_flag("--compare", options->compare, "Show a random board of this size beside it");
+  check->add_flag("--json", options->json, "Print JSON");
+  check->callback([options, &line] { line.run = [options] { return CheckBoard(*options); }; });
+}
+
+void AddJoin(CLI::App& pattern, CommandLine& line) {
+  CLI::App* join = AddCommand(
+      pattern, "join",
+      "Make one board of the boards of several garments, so that a take that shows them together is decoded "
+      "in "
+      "one pass: DIR/board.json and its images. `weft template join` does the same for their templates.",
+      "  weft pattern join shirt_board skirt_board --out outfit_board");
+  auto options = std::make_shared<JoinOptions>();
+  join->add_option("BOARD", options->boards, "Two boards or more, in their order from top to bottom")
+      ->required()
+      ->type_name("");
+  join->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*join);
+  join->callback([options, &line] { line.run = [options] { return Join(*options); }; });
+}
+
+}  // namespace
+
+void AddPatternCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* pattern =
+      AddCommand(app, "pattern", "Make, check and print boards, the printed pattern of the cloth", "");
+  pattern->require_subcommand(1);
+  AddGenerate(*pattern, line);
+  AddCheck(*pattern, line);
+  AddJoin(*pattern, line);
+  AddPatternPrintCommand(*pattern, line);
+  AddPatternPaletteCommand(*pattern, line);
+}
+
+}  // namespace weft

@@ -1,0 +1,311 @@
+// weft register: from a dump to registered meshes.
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/options/presets.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/results/evaluation/evaluate_job.h"
+#include "services/results/evaluation/evaluation_report.h"
+#include "services/studio/recording/session_file.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/input_options.h"
+#include "services/tools/cli/job_view.h"
+#include "services/tools/cli/local_registration.h"
+#include "services/tools/cli/pipeline_flags.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_registration.h"
+#include "services/tools/cli/upload_inputs.h"
+
+namespace weft {
+namespace {
+
+struct RegisterOptions {
+  std::string dump;
+  std::string rig;
+  std::string board;
+  std::string garment;
+  std::string out;
+  std::string frames;
+  std::string mosaic;
+  std::string preset = kDefaultPreset;
+  PipelineFlags pipeline;
+  std::string server;
+  bool detach = false;
+  bool upload = false;
+  int priority = 0;
+  int live_every = 0;
+  bool observations = false;
+  bool frames_alone = false;
+  bool single_pass = false;
+  std::string scans;
+  std::string starts;
+  std::string cloud_format = "ply";
+  bool evaluate = false;
+  bool json = false;
+  RegistrationLimits limits;
+};
+
+absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
+  absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, RegistrationStages());
+  if (!changes.ok()) return changes.status();
+  v1::RegistrationSpec spec;
+  spec.set_dump(options.dump);
+  spec.set_rig(options.rig);
+  spec.set_board(options.board);
+  spec.set_garment(options.garment);
+  spec.set_out(options.out);
+  spec.mutable_options()->set_preset(options.preset);
+  spec.mutable_options()->set_write_observations(options.observations);
+  spec.mutable_options()->set_frames_alone(options.frames_alone);
+  spec.mutable_options()->set_single_pass(options.single_pass);
+  spec.mutable_options()->set_scans(options.scans);
+  spec.mutable_options()->set_starts(options.starts);
+  spec.mutable_options()->set_cloud_format(options.cloud_format);
+  spec.mutable_options()->set_mosaic(options.mosaic);
+  *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
+  spec.set_frames(options.frames);
+  spec.set_live_every(options.live_every);
+  return spec;
+}
+
+// What came of --scans, good or not.
+void PrintScans(const v1::Verdict& verdict) {
+  for (const v1::VerdictCheck& check : verdict.checks())
+    if (absl::StartsWith(check.id(), "register.scan_"))
+      std::printf("scans    %s: %s\n", check.name().c_str(), check.value().c_str());
+}
+
+absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bool quiet) {
+  if (options.json) {
+    const absl::StatusOr<std::string> json = ToJson(job);
+    if (!json.ok()) return json.status();
+    std::printf("%s", json->c_str());
+  } else if (quiet) {
+    if (job.verdict().grade() > v1::GRADE_GOOD) PrintVerdict(job.verdict());
+  } else {
+    if (job.has_verdict()) PrintVerdict(job.verdict());
+    PrintScans(job.verdict());
+    const std::string summary = JobSummary(job);
+    const bool is_told = absl::StartsWith(job.verdict().reason(), summary + ",");
+    std::printf("%sresults  %s\nreport   %s/report.html\n",
+                is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.out.c_str(), options.out.c_str());
+  }
+  return OutcomeOf(job);
+}
+
+// Drift, distortion and the other measures, into the folder of the results.
+absl::Status EvaluateOutcome(const RegisterOptions& options, bool quiet) {
+  EvaluationRequest request;
+  request.result = options.out;
+  absl::StatusOr<JobEvaluation> evaluation;
+  Progress progress("evaluate", 1, ProgressVisible(quiet));
+  tbb::task_arena arena(options.limits.threads > 0 ? options.limits.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    evaluation = EvaluateJob(request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
+  });
+  if (!evaluation.ok()) return evaluation.status();
+  return WriteEvaluation(options.out, *evaluation);
+}
+
+// Passes a job's warnings on, once.
+class Warnings {
+ public:
+  void Show(const v1::Job& job) {
+    if (shown_) return;
+    shown_ = true;
+    for (const std::string& warning : job.warnings()) PrintWarning(warning);
+  }
+
+ private:
+  bool shown_ = false;
+};
+
+absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::RegistrationSpec& spec, bool quiet,
+                            const std::stop_token& stop) {
+  JobView view(quiet);
+  Warnings warnings;
+  const auto show = [&](const v1::JobUpdate& update) {
+    warnings.Show(update.job());
+    view.Show(update);
+  };
+  if (options.server.empty() && options.live_every > 0) {
+    return absl::InvalidArgumentError(
+        "--live: a daemon follows a take that is being recorded, so it needs --server HOST:PORT");
+  }
+  if (options.server.empty()) return RegisterLocally(spec, options.limits, show, stop);
+  std::optional<Progress> fetching;
+  const auto fetched = [&](size_t done, size_t total) {
+    if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
+    fetching->Set(done, total);
+  };
+  return RegisterRemotely(options.server, spec, options.priority, show, fetched, stop);
+}
+
+absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& spec) {
+  if (options.server.empty()) {
+    return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
+  }
+  const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, spec, options.priority);
+  if (!job.ok()) return job.status();
+  std::printf("%s\n", job->id().c_str());
+  return absl::OkStatus();
+}
+
+// The session of a daemon's take may name what the command line does not.
+absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
+  if (!options.server.empty() && absl::StartsWith(options.dump, kTakePrefix)) return absl::OkStatus();
+  const std::pair<const char*, const std::string&> inputs[] = {
+      {"--rig", options.rig}, {"--board", options.board}, {"--template", options.garment}};
+  std::vector<std::string> missing;
+  for (const auto& [flag, value] : inputs) {
+    if (value.empty()) missing.emplace_back(flag);
+  }
+  if (missing.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(absl::StrJoin(missing, ", "), missing.size() == 1 ? " is" : " are",
+                   " required; only a take of a daemon's session (take:ID with --server) knows its own. "
+                   "`weft register --help` explains them"));
+}
+
+absl::Status Register(const RegisterOptions& options, bool quiet) {
+  if (absl::Status status = CheckInputsAreGiven(options); !status.ok()) return status;
+  absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
+  if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
+  if (!spec.ok()) return spec.status();
+  const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
+  if (options.detach) return Detach(options, *spec);
+  const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
+  if (!job.ok()) return job.status();
+  const bool has_meshes = job->frames().done() + job->frames().degraded() > 0;
+  if (options.evaluate && job->state() == v1::JOB_STATE_DONE && has_meshes)
+    if (absl::Status status = EvaluateOutcome(options, quiet); !status.ok()) return status;
+  return PrintOutcome(*job, options, quiet);
+}
+
+}  // namespace
+
+void AddRegisterCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "register",
+      "From the images of a dump to registered meshes. Decodes the board in every view, triangulates its "
+      "cells, aligns the template, and "
+      "writes per frame mesh.ply (the template's vertices), cloud.ply and report.json, and report.html for "
+      "all. Frames that are complete from an earlier run with the same inputs are kept, so a stopped run "
+      "is resumed.",
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--server 127.0.0.1:7411\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--server studio:7411 --upload\n"
+      "  weft register library:jump --rig library:studio --board library:stripes@2 --template library:shirt "
+      "--out result --server studio:7411\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--set triangulation.consensus.inlier_radius_mm=1.5");
+  auto options = std::make_shared<RegisterOptions>();
+  command
+      ->add_option("dump", options->dump,
+                   "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png")
+      ->required()
+      ->type_name("DUMP");
+  command
+      ->add_option("--rig", options->rig, "The cameras, rig.json. A take of a daemon's session knows its own")
+      ->type_name("FILE");
+  command->add_option("--board", options->board, "The printed board, board.json or board.png; as --rig")
+      ->type_name("FILE");
+  command->add_option("--template", options->garment, "Folder of `weft template import`; as --rig")
+      ->type_name("DIR");
+  command->add_option("--out", options->out, "Folder for the results, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  AddFramesOption(*command, options->frames, "Which frames of the dump, all by default");
+  AddMosaicOption(*command, options->mosaic);
+  command
+      ->add_option("--preset", options->preset,
+                   "best: least error on hidden cloth; paper: weights of the paper")
+      ->type_name("NAME")
+      ->check(OneOf(PresetNames()));
+  AddPipelineFlags(*command, options->pipeline);
+  command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
+  command
+      ->add_option(
+          "--cloud-format", options->cloud_format,
+          "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
+          "ply: cloud.ply alone")
+      ->type_name("FORMAT")
+      ->check(OneOf({"ply", "pcd"}));
+  command
+      ->add_option(
+          "--scans", options->scans,
+          "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth "
+          "that the pattern does not show")
+      ->type_name("DIR");
+  command
+      ->add_option("--start-from", options->starts,
+                   "Results of an earlier registration of this take: cloth that is not seen starts from "
+                   "<frame>/mesh.ply there instead of from a smooth fill")
+      ->type_name("DIR");
+  command->add_flag("--frames-alone", options->frames_alone,
+                    "No refinement over neighbouring frames, and no bridges over failed ones");
+  command->add_flag("--single-pass", options->single_pass,
+                    "No second pass: do not search for missed cells where the first mesh predicts them");
+  CLI::Option* evaluate = command->add_flag(
+      "--evaluate", options->evaluate,
+      "Measure drift, distortion and the rest of `weft evaluate` when the job is done: report.html "
+      "then has them beside the paper's figures. It takes minutes for large garments, of which 20 "
+      "frames are measured. With --server it is done here");
+  command->add_flag("--single-look", options->single_pass, "Older spelling of --single-pass")->group("");
+  command->add_option("--threads", options->limits.threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command
+      ->add_option(
+          "--memory", options->limits.kept_image_mib,
+          "Memory for images that wait for the second pass; those beyond are read again. Takes of raw "
+          "or PNG images gain by more. Results are the same")
+      ->type_name("MIB")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
+  AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
+  command->add_flag(
+      "--upload", options->upload,
+      "With --server: send DUMP, rig, board and template to the daemon's library first, for a daemon that "
+      "sees "
+      "no folder of this machine. What it has already is not sent again; the same command goes on with an "
+      "upload that was stopped");
+  command
+      ->add_option(
+          "--priority", options->priority,
+          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+          "before everybody's, which is for operators")
+      ->type_name("N")
+      ->check(CLI::Range(-100, 100));
+  command
+      ->add_option(
+          "--live", options->live_every,
+          "With --server, of a take that is being recorded: register every N-th frame set at once, the "
+          "newest first. When the take has ended the others follow, and the refinement over neighbours: "
+          "the results are those of a registration after the take")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it")
+      ->excludes(evaluate);
+  command->add_flag("--json", options->json, "Print the job as JSON on standard output");
+  command->callback([options, &line] {
+    line.writes_remotely = !options->server.empty();
+    line.run = [options, &line] { return Register(*options, line.quiet); };
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,372 @@
+// weft rig target, rehearse, calibrate: from boards to a calibrated rig.
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/target_file.h"
+#include "services/formats/verdict/verdict.h"
+#include "services/ground/process/exit_status.h"
+#include "services/studio/calibration/calibrate_dump.h"
+#include "services/studio/calibration/rehearsal.h"
+#include "services/studio/calibration/target_print.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/input_options.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_operation.h"
+
+namespace weft {
+namespace {
+
+struct TargetOptions {
+  TagBoard shape{.id = "", .rows = 8, .cols = 6, .tag_mm = 40};
+  double gap_mm = 0;
+  int boards = 1;
+  int first_id = 0;
+  std::vector<std::string> bars;
+  std::string id = "target";
+  std::string out;
+  OutputGuard guard;
+};
+
+// "FIRST:SECOND:MM".
+absl::StatusOr<ScaleBar> ParseBar(const std::string& text, const std::string& family, size_t number) {
+  const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  ScaleBar bar{absl::StrCat("bar", number), family};
+  if (parts.size() != 3 || !absl::SimpleAtoi(parts[0], &bar.first_tag) ||
+      !absl::SimpleAtoi(parts[1], &bar.second_tag) || !absl::SimpleAtod(parts[2], &bar.length_mm)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--bar ", text, ": expected FIRST_TAG:SECOND_TAG:LENGTH_MM, such as 500:501:1000"));
+  }
+  return bar;
+}
+
+absl::Status WritePrint(const std::string& stem, const TagBoard& board) {
+  const absl::Status status = WriteBoardPrint(board, stem);
+  if (status.ok()) std::printf("print    %s.pdf (and .svg), at true scale\n", stem.c_str());
+  return status;
+}
+
+// Prints are glued to boards, and tag_mm is corrected by hand: the file cannot be made again.
+absl::Status MayWriteTarget(const std::filesystem::path& folder, const CalibrationTarget& target,
+                            const OutputGuard& guard) {
+  const std::string file = (folder / "target.json").string();
+  const absl::StatusOr<CalibrationTarget> before = ReadTarget(file);
+  if (before.ok() && *before == target) return absl::OkStatus();
+  return guard.MayReplace(file, "a target, whose boards may be printed");
+}
+
+absl::Status MakeTarget(const TargetOptions& options) {
+  CalibrationTarget target;
+  target.id = options.id;
+  const int tags = options.shape.rows * options.shape.cols;
+  for (int b = 0; b < options.boards; ++b) {
+    TagBoard board = options.shape;
+    board.id = std::string(1, static_cast<char>('A' + b));
+    board.gap_mm = options.gap_mm;
+    if (const auto family = FindTagFamily(board.family); options.gap_mm == 0 && family) {
+      board.gap_mm = board.tag_mm * (family->width_modules - family->border_modules) / family->border_modules;
+    }
+    for (int i = 0; i < tags; ++i) board.tag_ids.push_back(options.first_id + b * tags + i);
+    target.boards.push_back(board);
+  }
+  for (size_t i = 0; i < options.bars.size(); ++i) {
+    absl::StatusOr<ScaleBar> bar = ParseBar(options.bars[i], options.shape.family, i + 1);
+    if (!bar.ok()) return bar.status();
+    target.scale_bars.push_back(*std::move(bar));
+  }
+  absl::Status status = target.Validate();
+  if (!status.ok()) return status;
+  const std::filesystem::path out(options.out);
+  status.Update(MayWriteTarget(out, target, options.guard));
+  if (!status.ok()) return status;
+  status.Update(CreateFolders(options.out));
+  status.Update(WriteTarget((out / "target.json").string(), target));
+  if (!status.ok()) return status;
+  std::printf("target   %s\n", (out / "target.json").c_str());
+  for (const TagBoard& board : target.boards)
+    status.Update(WritePrint((out / ("board_" + board.id)).string(), board));
+  for (const ScaleBar& bar : target.scale_bars) {
+    for (const int tag : {bar.first_tag, bar.second_tag}) {
+      const TagBoard single{absl::StrCat(bar.id, " tag ", tag),
+                            bar.family,
+                            1,
+                            1,
+                            options.shape.tag_mm,
+                            target.boards[0].gap_mm,
+                            {tag}};
+      status.Update(WritePrint((out / absl::StrCat(bar.id, "_tag", tag)).string(), single));
+    }
+  }
+  return status;
+}
+
+void AddTargetCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      rig, "target",
+      "Boards of AprilTags to calibrate a rig with: target.json, and every board as PDF and SVG at true "
+      "scale. Glue the "
+      "print on something flat and stiff, measure a tag, and correct tag_mm in target.json where the printer "
+      "was off.",
+      "  weft rig target --rows 8 --cols 6 --tag-mm 40 --out target\n"
+      "  weft rig target --rows 8 --cols 6 --tag-mm 40 --boards 2 --bar 500:501:1000 --out target");
+  auto options = std::make_shared<TargetOptions>();
+  command->add_option("--rows", options->shape.rows, "Rows of tags")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100));
+  command->add_option("--cols", options->shape.cols, "Columns of tags")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100));
+  command->add_option("--tag-mm", options->shape.tag_mm, "Side of a tag's border square")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--gap-mm", options->gap_mm, "Between border squares; 0: as little as the family allows")
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--family", options->shape.family, "tag36h11 or tagStandard41h12")->type_name("NAME");
+  command->add_option("--boards", options->boards, "Boards, each with tags of its own")
+      ->type_name("N")
+      ->check(CLI::Range(1, 26));
+  command->add_option("--first-id", options->first_id, "Id of the first tag")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--bar", options->bars,
+                   "A scale bar: two tags whose centres are so far apart; may be repeated")
+      ->type_name("TAG:TAG:MM");
+  command->add_option("--id", options->id, "Name of the target, kept in the file")->type_name("NAME");
+  command->add_option("--out", options->out, "Folder for the files, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  options->guard.AddTo(*command);
+  command->callback([options, &line] { line.run = [options] { return MakeTarget(*options); }; });
+}
+
+struct RehearseOptions {
+  std::string target;
+  RehearsalOptions rehearsal;
+  std::string out;
+  int threads = 0;
+};
+
+absl::Status Rehearse(const RehearseOptions& options, bool quiet) {
+  const absl::StatusOr<CalibrationTarget> target = ReadTarget(options.target);
+  if (!target.ok()) return target.status();
+  absl::Status status;
+  {
+    Progress progress("render", 1, ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      status = WriteRehearsal(options.out, *target, options.rehearsal,
+                              [&](size_t done, size_t all) { progress.Set(done, all); });
+    });
+  }
+  if (!status.ok()) return status;
+  std::printf("dump     %s\ntruth    %s/truth/rig.json\n", options.out.c_str(), options.out.c_str());
+  return absl::OkStatus();
+}
+
+void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command =
+      AddCommand(rig, "rehearse",
+                 "Render what a simulated rig would record of a target that is moved through its volume, to "
+                 "try calibration and to "
+                 "see how many frames it takes. The rig that took the images is written beside them.",
+                 "  weft rig rehearse --target target/target.json --cameras 8 --frames 60 --out boards\n"
+                 "  weft rig calibrate boards --target target/target.json --out rig.json");
+  auto options = std::make_shared<RehearseOptions>();
+  RehearsalOptions& r = options->rehearsal;
+  r.rig = {.cameras = 8,
+           .width_px = 1280,
+           .height_px = 1024,
+           .distance_mm = 2500,
+           .object_width_mm = 900,
+           .object_height_mm = 700};
+  r.motion = {.frames = 60, .reach_mm = {250, 200, 250}};
+  command->add_option("--target", options->target, "target.json")->required()->type_name("FILE");
+  command->add_option("--cameras", r.rig.cameras, "Cameras around the volume")
+      ->type_name("N")
+      ->check(CLI::Range(2, 250));
+  command->add_option("--frames", r.motion.frames, "Moments")->type_name("N")->check(CLI::Range(1, 10000));
+  command->add_option("--width-px", r.rig.width_px, "Width of the images")
+      ->type_name("PX")
+      ->check(CLI::Range(64, 8192));
+  command->add_option("--height-px", r.rig.height_px, "Height of the images")
+      ->type_name("PX")
+      ->check(CLI::Range(64, 8192));
+  command->add_option("--distance-mm", r.rig.distance_mm, "Cameras to the middle")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--focal-spread", r.rig.focal_spread,
+                   "The longest lens is longer than the shortest by this share")
+      ->type_name("SHARE")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--blur-px", r.look.blur_along_px, "Motion blur of every image")
+      ->type_name("PX")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--seed", r.motion.seed, "Of the motion")->type_name("N");
+  command->add_option("--out", options->out, "Folder of the dump")->required()->type_name("DIR");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return Rehearse(*options, line.quiet); }; });
+}
+
+struct CalibrateOptions {
+  CalibrationRequest request;
+  std::string scale = "tags";
+  int threads = 0;
+  bool json = false;
+};
+
+// A bar per stage.
+class StageProgress {
+ public:
+  explicit StageProgress(bool visible) : visible_(visible) {}
+  void Tell(const std::string& stage, double share) {
+    if (stage != stage_) {
+      bar_.reset();
+      bar_.emplace(stage, 1000, visible_, ProgressUnit::kPercent);
+      stage_ = stage;
+    }
+    bar_->Set(static_cast<uint64_t>(1000 * share), 1000);
+  }
+
+ private:
+  const bool visible_;
+  std::string stage_;
+  std::optional<Progress> bar_;
+};
+
+absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
+  options.request.solve.scale_from_bar = options.scale == "bar";
+  absl::StatusOr<CalibrationResult> result;
+  {
+    StageProgress progress(ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      result = CalibrateDump(options.request,
+                             [&](const std::string& stage, double share) { progress.Tell(stage, share); });
+    });
+  }
+  if (!result.ok()) return result.status();
+  const std::string& out = options.request.out;
+  if (absl::Status status = WriteCalibration(out, *result); !status.ok()) return status;
+  if (!quiet && !result->detection.warnings.empty()) {
+    PrintWarning(absl::StrCat(result->detection.warnings.size(),
+                              " images could not be read, the first: ", result->detection.warnings[0]));
+  }
+  const v1::Verdict verdict = CalibrationVerdict(*result);
+  if (options.json) {
+    const absl::StatusOr<std::string> json = CalibrationJson(*result);
+    if (!json.ok()) return json.status();
+    std::fputs(json->c_str(), stdout);
+    return VerdictStatus(verdict);
+  }
+  PrintVerdict(verdict);
+  const std::string headline = CalibrationHeadline(*result);
+  if (headline != verdict.reason()) std::printf("%s\n", headline.c_str());
+  for (size_t i = 1; i < result->issues.size(); ++i)
+    std::printf("besides  %s\n", result->issues[i].message.c_str());
+  if (result->issues.empty())
+    std::printf("rig      %s (version %d, hash %s)\n", out.c_str(), result->record.version,
+                result->rig.ContentHash().c_str());
+  else
+    std::printf("rig      %s was not written\n", out.c_str());
+  std::printf("report   %s\n", CalibrationReportPath(out).c_str());
+  return VerdictStatus(verdict);
+}
+
+void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
+  CalibrationRequest& request = options.request;
+  command
+      .add_option("--world-frame", request.solve.world_frame,
+                  "Frame whose board is the world: x along its columns, y down its rows, z away from who "
+                  "looks at it; without it the board that most cameras saw")
+      ->type_name("NAME");
+  command.add_option("--world-board", request.solve.world_board, "Which of the boards")->type_name("ID");
+  command.add_flag("--world-floor", request.solve.world_on_floor,
+                   "That board lies on the floor, face up: y points into the floor");
+  command
+      .add_option("--scale", options.scale, "Metric scale from the size of the tags or from the scale bars")
+      ->check(OneOf({"tags", "bar"}));
+  command.add_option("--rig", request.initial_rig, "An earlier rig.json whose lenses are the start")
+      ->type_name("FILE");
+  command
+      .add_option("--gamma", request.detection.gamma,
+                  "Of the images' values: 1 for linear cameras, 2.2 for gamma-encoded images (JPEG, sRGB)")
+      ->check(CLI::Range(0.3, 4.0));
+  command.add_option("--max-blur-px", request.detection.max_blur_px, "Tags with softer edges are refused")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--min-views", request.checks.min_views, "Views of boards that every camera needs")
+      ->type_name("N")
+      ->check(CLI::Range(3, 10000));
+  command
+      .add_option("--max-rms-px", request.checks.max_rms_px,
+                  "Reprojection error that is accepted of a camera")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--max-stage-sigma-px", request.checks.max_projection_sigma_px,
+                  "How uncertain a camera may be about known points of the stage")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+}
+
+void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(rig, "calibrate",
+                                 "Calibrate the cameras of a rig from a dump in which boards of a target are "
+                                 "moved through the volume: lenses, poses, "
+                                 "their sigmas, and a page to look at. Cameras need not share one view: it "
+                                 "is enough that each sees boards together "
+                                 "with some other. A calibration that cannot be trusted is refused, with the "
+                                 "camera, the cause and the remedy.",
+                                 "  weft rig calibrate boards --target target/target.json --out rig.json\n"
+                                 "  weft rig calibrate boards --target target/target.json --world-frame 0012 "
+                                 "--world-floor --scale bar --out rig.json");
+  auto options = std::make_shared<CalibrateOptions>();
+  CalibrationRequest& request = options->request;
+  command->add_option("dump", request.dump, "A recorded take or a folder of images")
+      ->required()
+      ->type_name("DUMP");
+  command->add_option("--target", request.target, "target.json")->required()->type_name("FILE");
+  command->add_option("--out", request.out, "The rig.json to write; its page stands beside it")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--id", request.rig_id, "Name of the rig, kept in the file")->type_name("NAME");
+  AddFramesOption(*command, request.frames, "Which frames of the dump, all by default");
+  AddMosaicOption(*command, request.mosaic);
+  command->add_option("--every", request.every, "Look at every Nth of these frames")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10000));
+  AddSolveOptions(*command, *options);
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.CalibrationReport)");
+  RunHereOrAtDaemon(*command, line, [options, &line] { return Calibrate(*options, line.quiet); });
+}
+
+}  // namespace
+
+void AddRigCalibrateCommands(CLI::App& rig, CommandLine& line) {
+  AddTargetCommand(rig, line);
+  AddRehearseCommand(rig, line);
+  AddCalibrateCommand(rig, line);
+}
+
+}  // namespace weft

@@ -1,0 +1,94 @@
+#include "services/tools/cli/command_rig_exchange.h"
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "capture/rig/exchange_cameras.h"
+#include "services/formats/files/rig_file.h"
+#include "services/tools/cli/output_guard.h"
+
+namespace weft {
+namespace {
+
+struct ExchangeOptions {
+  std::string rig;
+  std::vector<std::string> cameras;
+  std::string out, part;
+  OutputGuard guard;
+};
+
+// The figures of what was exchanged go with it: of the sigmas nine are of the lens, six of the place.
+CalibratedCamera WithPartOf(const CalibratedCamera& own, const CalibratedCamera& other, CameraPart part) {
+  constexpr size_t kLensSigmas = 9;
+  if (part == CameraPart::kCamera) return other;
+  CalibratedCamera camera = own;
+  for (size_t i = 0; i < camera.sigmas.size(); ++i) {
+    const CameraPart stays = i < kLensSigmas ? CameraPart::kPlace : CameraPart::kLens;
+    if (part != stays) camera.sigmas[i] = other.sigmas[i];
+  }
+  return camera;
+}
+
+absl::Status Exchange(const ExchangeOptions& options) {
+  if (absl::Status status = options.guard.MayReplace(options.out, "a rig, which takes may need");
+      !status.ok())
+    return status;
+  const absl::StatusOr<Rig> rig = ReadRig(options.rig);
+  if (!rig.ok()) return rig.status();
+  absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(options.rig);
+  if (!record.ok()) return record.status();
+  const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(*rig, options.cameras);
+  if (!places.ok())
+    return absl::Status(places.status().code(), absl::StrCat(options.rig, ": ", places.status().message()));
+  const absl::StatusOr<CameraPart> part = CameraPartFromName(options.part);
+  if (!part.ok()) return part.status();
+  const Rig exchanged = WithPlaces(*rig, *places, *part);
+  if (record->has_value()) {
+    CalibrationRecord& calibration = **record;
+    const std::vector<CalibratedCamera> before = calibration.cameras;
+    for (size_t c = 0; c < places->size(); ++c)
+      calibration.cameras[c] = WithPartOf(before[c], before[(*places)[c]], *part);
+    ++calibration.version;
+    calibration.replaces = rig->ContentHash();
+  }
+  const std::string cameras = absl::StrJoin(options.cameras, ", ");
+  if (absl::Status status =
+          WriteRig(options.out, exchanged,
+                   absl::StrCat("rig ", rig->id, " (", rig->ContentHash(), ") with ",
+                                *part == CameraPart::kCamera ? "" : absl::StrCat(options.part, " of "),
+                                "cameras ", cameras, " exchanged"),
+                   record->has_value() ? &**record : nullptr);
+      !status.ok())
+    return status;
+  std::printf("%s: cameras %s exchanged, hash %s\n", options.out.c_str(), cameras.c_str(),
+              exchanged.ContentHash().c_str());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      rig, "exchange",
+      "Exchange cameras of a rig whose cables or names were exchanged, as a verdict says. Each of them gets "
+      "the place and the lens of the next one, the last those of the first. Register again with the new rig.",
+      "  weft rig exchange rig.json c03 c07 --out exchanged.json");
+  auto options = std::make_shared<ExchangeOptions>();
+  command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
+  command->add_option("cameras", options->cameras, "Two cameras, or more in a ring")
+      ->required()
+      ->type_name("CAMERA");
+  command->add_option("--only", options->part, "Exchange this part alone; the verdict says where it is one")
+      ->check(CLI::IsMember({"camera", "place-and-lens", "place", "lens"}))
+      ->default_val("camera");
+  command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  options->guard.AddTo(*command);
+  command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
+}
+
+}  // namespace weft

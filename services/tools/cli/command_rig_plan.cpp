@@ -1,0 +1,110 @@
+// weft rig plan: which cameras a garment needs.
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/formats/verdict/verdict.h"
+#include "services/results/evaluation/plan_rig.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+
+namespace weft {
+namespace {
+
+struct PlanOptions {
+  RigPlanRequest request;
+  std::string out;
+  int threads = 0;
+  bool json = false;
+};
+
+absl::Status Plan(const PlanOptions& options, bool quiet) {
+  absl::StatusOr<RigPlanResult> plan;
+  {
+    Progress progress("plan", 1, ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      plan = PlanRigFromFiles(options.request,
+                              [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    });
+  }
+  if (!plan.ok()) return plan.status();
+  if (absl::Status status = WriteRigPlan(options.out, *plan); !status.ok()) return status;
+  const v1::Verdict verdict = RigPlanVerdict(*plan);
+  if (options.json) {
+    const absl::StatusOr<std::string> json = RigPlanJson(*plan);
+    if (!json.ok()) return json.status();
+    std::fputs(json->c_str(), stdout);
+    return VerdictStatus(verdict);
+  }
+  PrintVerdict(verdict);
+  const PlanStep& chosen = plan->steps[plan->rig.cameras.size() - 1];
+  std::printf("covered  %.1f %% by the chosen cameras, %.1f %% by all; %.1f views a cell, sigma %.3f mm\n",
+              100 * chosen.coverage, 100 * plan->steps.back().coverage, chosen.mean_views,
+              chosen.median_sigma_mm);
+  std::printf("rig      %s/rig.json\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
+  return VerdictStatus(verdict);
+}
+
+void AddSeeingOptions(CLI::App& command, RigPlanOptions& options) {
+  command.add_option("--max-facing-deg", options.viewing.max_facing_deg, "A cell is seen within this angle")
+      ->type_name("DEG")
+      ->check(CLI::Range(1.0, 89.0));
+  command
+      .add_option("--min-pitch-px", options.viewing.min_pitch_px, "Smallest size of a cell in the picture")
+      ->type_name("PX")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--views", options.views_needed, "Cameras that must see a cell")
+      ->type_name("N")
+      ->check(CLI::Range(2, 100));
+  command
+      .add_option("--noise-px", options.noise_px,
+                  "Standard deviation of an observation, for the expected sigma")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+}
+
+}  // namespace
+
+void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      rig, "plan",
+      "Predict what candidate cameras see of a garment in motion (views and pixels per cell, coverage, "
+      "expected sigma), and choose among them, each next camera the one that adds most. Writes rig.json of "
+      "the chosen cameras, plan.json, and report.html with coverage against the number of cameras, drawings "
+      "of the rig and maps on the garment.",
+      "  weft rig plan --rig rig.json --template shirt --out plan\n"
+      "  weft rig plan --rig rig.json --template take/template --motion take/truth --cameras 24 --out plan");
+  auto options = std::make_shared<PlanOptions>();
+  RigPlanRequest& request = options->request;
+  command->add_option("--rig", request.rig, "The candidates, rig.json")->required()->type_name("FILE");
+  command->add_option("--template", request.garment, "Folder of the template")->required()->type_name("DIR");
+  command
+      ->add_option(
+          "--motion", request.motion,
+          "A mesh.ply, or a folder of <frame>/mesh.ply such as a result or a take's truth; without it the "
+          "template as it is")
+      ->type_name("PATH");
+  command->add_option("--moments", request.moments, "Frames of the motion to use, spread evenly; 0 for all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--cameras", request.cameras,
+                   "Cameras to choose; 0: as few as come within 1 % of what all candidates cover")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  AddSeeingOptions(*command, request.options);
+  command->add_option("--out", options->out, "Folder for the files, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.RigPlan)");
+  command->callback([options, &line] { line.run = [options, &line] { return Plan(*options, line.quiet); }; });
+}
+
+}  // namespace weft

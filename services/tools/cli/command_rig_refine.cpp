@@ -1,0 +1,116 @@
+#include "services/tools/cli/command_rig_refine.h"
+
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/formats/verdict/verdict.h"
+#include "services/studio/calibration/refine_rig.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+
+namespace weft {
+namespace {
+
+struct RefineOptions {
+  RefinementRequest request;
+  int threads = 0;
+  bool json = false;
+  OutputGuard guard;
+};
+
+absl::Status Refine(const RefineOptions& options, bool quiet) {
+  if (absl::Status status = options.guard.MayReplace(options.request.out, "a rig, which takes may need");
+      !status.ok())
+    return status;
+  absl::StatusOr<RefinementResult> result;
+  {
+    Progress progress("refine", 1000, ProgressVisible(quiet), ProgressUnit::kPercent);
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      result = RefineRigFromResult(
+          options.request, [&](double share) { progress.Set(static_cast<uint64_t>(1000 * share), 1000); });
+    });
+  }
+  if (!result.ok()) return result.status();
+  const v1::Verdict verdict = RefinementVerdict(*result);
+  const bool is_fit = verdict.grade() != v1::GRADE_BAD;
+  const CalibrationRecord* record = result->record ? &*result->record : nullptr;
+  if (is_fit) {
+    if (absl::Status status = WriteRig(options.request.out, result->rig, result->provenance, record);
+        !status.ok())
+      return status;
+  }
+  if (options.json) {
+    const absl::Status printed = PrintJsonMessage(RefinementReport(*result));
+    return printed.ok() ? VerdictStatus(verdict) : printed;
+  }
+  PrintVerdict(verdict);
+  for (const std::string& line : RefinementText(*result)) std::printf("%s\n", line.c_str());
+  if (is_fit) {
+    std::printf("rig      %s (hash %s)\n", options.request.out.c_str(), result->rig.ContentHash().c_str());
+  } else {
+    std::printf("rig      %s was not written\n", options.request.out.c_str());
+  }
+  return VerdictStatus(verdict);
+}
+
+}  // namespace
+
+void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      rig, "refine",
+      "Correct the poses of a rig by the cloth itself, when a camera was knocked after calibration. Takes "
+      "the cells that a registration decoded (weft register --observations), triangulates them anew and "
+      "adjusts cameras and cells together. Lenses stay as they were calibrated; world and scale are kept by "
+      "the cameras that did not move. Register the take again with the new rig. Where the verdict is bad, as "
+      "with exchanged cameras, no rig is written.",
+      "  weft rig refine result --rig rig.json --out refined.json\n"
+      "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
+  auto options = std::make_shared<RefineOptions>();
+  RefinementRequest& request = options->request;
+  command->add_option("result", request.result, "What weft register --observations wrote")
+      ->required()
+      ->type_name("RESULT");
+  command->add_option("--rig", request.rig, "The rig.json that the take was registered with")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--out", request.out, "The rig.json to write")->required()->type_name("FILE");
+  options->guard.AddTo(*command);
+  command->add_option("--samples", request.frames, "At most so many frames, spread over the take")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--frames", request.frames)
+      ->group("")
+      ->check(CLI::Range(1, 10000));  // as it was called
+  command->add_option("--points", request.points, "Cells of a frame, spread over the board")
+      ->type_name("N")
+      ->check(CLI::Range(100, 100000));
+  command
+      ->add_option("--sigma-px", request.sigma_px,
+                   "Standard deviation of a decoded cell, where observations.csv lacks it (up to 0.1.2)")
+      ->type_name("PX")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--still-deg", request.solve.still_rotation_deg,
+                   "How far cameras that did not move may be off in rotation")
+      ->type_name("DEG")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--still-mm", request.solve.still_center_mm,
+                   "Tolerance for the position of cameras that did not move")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.RigRefinementReport)");
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return Refine(*options, line.quiet); }; });
+}
+
+}  // namespace weft

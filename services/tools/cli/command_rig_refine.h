@@ -1,0 +1,10 @@
+// weft rig refine.
+#pragma once
+
+#include "services/tools/cli/commands.h"
+
+namespace weft {
+
+void AddRigRefineCommand(CLI::App& rig, CommandLine& line);
+
+}  // namespace weft

@@ -1,0 +1,214 @@
+// weft session: who works with which cameras of a daemon.
+#include <pwd.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "base/timed_id.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/studio/recording/session_file.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/upload_inputs.h"
+#include "services/tools/client/session_client.h"
+
+namespace weft {
+namespace {
+
+struct SessionCommandOptions {
+  std::string server;
+  std::string session;
+  std::string rig, board, garment;
+  std::string owner;
+  std::string lease;
+  double lease_s = 60;
+  bool take_over = false;
+  bool detach = false;
+  int limit = 20;
+  bool json = false;
+};
+
+struct SessionContext {
+  SessionClient& client;
+  const SessionCommandOptions& options;
+  bool quiet;
+  std::stop_token stop;
+};
+
+// "anna at stage2".
+std::string ThisUser() {
+  const passwd* user = getpwuid(getuid());
+  char host[256] = {};
+  if (gethostname(host, sizeof(host) - 1) != 0) host[0] = '\0';
+  return absl::StrCat(user == nullptr ? "somebody" : user->pw_name, " at ", host);
+}
+
+const char* SessionStateWord(v1::CaptureSessionState state) {
+  switch (state) {
+    case v1::CAPTURE_SESSION_STATE_OPEN:
+      return "open";
+    case v1::CAPTURE_SESSION_STATE_EXPIRED:
+      return "expired";
+    case v1::CAPTURE_SESSION_STATE_TAKEN_OVER:
+      return "taken over";
+    default:
+      return "closed";
+  }
+}
+
+absl::Status OpenRemoteSession(const SessionContext& context) {
+  const SessionCommandOptions& options = context.options;
+  v1::OpenSessionRequest request;
+  const absl::StatusOr<v1::Session> cameras = ReadSession(options.session);
+  if (!cameras.ok()) return cameras.status();
+  *request.mutable_cameras() = *cameras;
+  request.set_rig(NameAtDaemon(options.rig));
+  request.set_board(NameAtDaemon(options.board));
+  request.set_garment(NameAtDaemon(options.garment));
+  request.set_owner(options.owner.empty() ? ThisUser() : options.owner);
+  request.set_lease_s(options.lease_s);
+  request.set_take_over(options.take_over);
+  request.set_idempotency_key(NewTimedId());
+  const absl::StatusOr<v1::CaptureSession> session = context.client.Open(request);
+  if (!session.ok()) return session.status();
+  if (!options.json) {
+    std::printf("%s\n", session->lease().c_str());
+  } else if (absl::Status status = PrintJsonMessage(*session); !status.ok()) {
+    return status;
+  }
+  std::fflush(stdout);
+  if (options.detach) return absl::OkStatus();
+  if (!context.quiet) {
+    std::fprintf(stderr,
+                 "the session is open until this command is stopped (Ctrl-C); takes are started with\n"
+                 "  weft take start --lease %s --server %s\n",
+                 session->lease().c_str(), options.server.c_str());
+  }
+  if (absl::Status status = context.client.Hold(*session, session->lease(), context.stop); !status.ok())
+    return status;
+  return context.client.Close(session->lease()).status();
+}
+
+absl::Status PrintSession(const absl::StatusOr<v1::CaptureSession>& session, const SessionContext& context) {
+  if (!session.ok()) return session.status();
+  if (context.options.json) return PrintJsonMessage(*session);
+  if (!context.quiet) {
+    std::printf("%s  %s, of %s\n", session->id().c_str(), SessionStateWord(session->state()),
+                session->owner().c_str());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RenewRemoteSession(const SessionContext& context) {
+  return PrintSession(context.client.Renew(context.options.lease), context);
+}
+
+absl::Status CloseRemoteSession(const SessionContext& context) {
+  return PrintSession(context.client.Close(context.options.lease), context);
+}
+
+absl::Status ListRemoteSessions(const SessionContext& context) {
+  const absl::StatusOr<v1::ListSessionsResponse> list = context.client.List(context.options.limit);
+  if (!list.ok()) return list.status();
+  if (context.options.json) return PrintJsonMessage(*list);
+  for (const std::string& warning : list->warnings()) PrintWarning(warning);
+  if (list->sessions().empty()) std::printf("no sessions at %s\n", context.options.server.c_str());
+  for (const v1::CaptureSession& session : list->sessions()) {
+    std::string line =
+        absl::StrFormat("%s  %-10s  %d cameras  %s", session.id(), SessionStateWord(session.state()),
+                        session.cameras().cameras_size(), session.owner());
+    if (session.state() == v1::CAPTURE_SESSION_STATE_OPEN) {
+      absl::StrAppendFormat(&line, ", its lease lasts %.0f s more", session.remaining_s());
+    }
+    if (!session.ended_by().empty()) absl::StrAppend(&line, ", by ", session.ended_by());
+    std::printf("%s\n", line.c_str());
+  }
+  return absl::OkStatus();
+}
+
+void AddOpenArguments(CLI::App& command, SessionCommandOptions& options) {
+  command.add_option("SESSION", options.session, "session.json with cameras, rate and tolerance")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--rig", options.rig, "Rig of the jobs for its takes, on the daemon's machine")
+      ->type_name("FILE");
+  command.add_option("--board", options.board, "Board of the jobs for its takes")->type_name("FILE");
+  command.add_option("--template", options.garment, "Template of the jobs for its takes")->type_name("DIR");
+  command.add_option("--owner", options.owner, "Who you are, for others to see; user and machine otherwise")
+      ->type_name("NAME");
+  command.add_option("--lease-s", options.lease_s, "How long the session lasts when nobody renews it")
+      ->type_name("S")
+      ->check(CLI::Range(5.0, 604800.0));
+  command.add_flag("--take-over", options.take_over,
+                   "End the sessions that have any of these cameras; takes that run go on");
+  command.add_flag("--detach", options.detach,
+                   "Do not stay to renew the lease; `weft session renew` does it");
+}
+
+void AddLeaseArgument(CLI::App& command, SessionCommandOptions& options) {
+  command.add_option("LEASE", options.lease, "What `weft session open` printed")
+      ->envname("WEFT_LEASE")
+      ->required();
+}
+
+void AddListArguments(CLI::App& command, SessionCommandOptions& options) {
+  command.add_option("--limit", options.limit, "At most this many")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+}
+
+struct SessionCommand {
+  const char* name;
+  const char* description;
+  const char* example;
+  void (*add_arguments)(CLI::App& command, SessionCommandOptions& options);
+  absl::Status (*action)(const SessionContext& context);
+};
+
+void AddRemoteSessionCommand(CLI::App& group, CommandLine& line, const SessionCommand& what) {
+  CLI::App* command = AddCommand(group, what.name, what.description, what.example);
+  auto options = std::make_shared<SessionCommandOptions>();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
+  what.add_arguments(*command, *options);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options, action = what.action, &line] {
+    line.run = [options, action, &line] {
+      const StopOnSignal signals;
+      const absl::StatusOr<std::unique_ptr<RegistrationClient>> connection =
+          RegistrationClient::Connect(options->server);
+      if (!connection.ok()) return connection.status();
+      SessionClient client(**connection);
+      return action({client, *options, line.quiet, signals.token()});
+    };
+  });
+}
+
+}  // namespace
+
+void AddSessionCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* group = AddCommand(app, "session", "Sessions of a daemon: who works with which cameras.", "");
+  group->require_subcommand(1);
+  const SessionCommand commands[] = {
+      {"open",
+       "Reserve the cameras of a session.json, and print the lease that starts takes with them. The session "
+       "ends when "
+       "this command does; one whose owner is gone expires",
+       "  weft session open session.json --server 127.0.0.1:7411\n"
+       "  weft session open session.json --rig rig.json --board board.json --template shirt --detach "
+       "--lease-s 3600 "
+       "--server 127.0.0.1:7411",
+       AddOpenArguments, OpenRemoteSession},
+      {"renew", "Have the lease of a session last its whole time again",
+       "  weft session renew $LEASE --server 127.0.0.1:7411", AddLeaseArgument, RenewRemoteSession},
+      {"close", "End a session. A take that runs goes on until it is stopped",
+       "  weft session close $LEASE --server 127.0.0.1:7411", AddLeaseArgument, CloseRemoteSession},
+      {"list", "List the sessions of a daemon, the newest first",
+       "  weft session list --server 127.0.0.1:7411", AddListArguments, ListRemoteSessions}};
+  for (const SessionCommand& command : commands) AddRemoteSessionCommand(*group, line, command);
+}
+
+}  // namespace weft

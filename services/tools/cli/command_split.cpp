@@ -1,0 +1,53 @@
+// weft split: the result of a take with several garments, each by itself.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/progress.h"
+#include "services/work/job/split_job.h"
+
+namespace weft {
+namespace {
+
+struct SplitOptions {
+  std::string result;
+  std::string out;
+};
+
+absl::Status Split(const SplitOptions& options) {
+  const StopOnSignal stop;
+  absl::StatusOr<std::vector<SplitGarment>> garments;
+  {
+    Progress progress("split", 1, ProgressVisible(false));
+    garments = SplitJob(
+        options.result, options.out,
+        [&](int done, int all) { progress.Set(static_cast<uint64_t>(done), static_cast<uint64_t>(all)); },
+        stop.token());
+  }
+  if (!garments.ok()) return garments.status();
+  for (const SplitGarment& one : *garments)
+    std::printf("%s: %d frames of %s\n", one.result.c_str(), one.frames, one.id.c_str());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddSplitCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command =
+      AddCommand(app, "split",
+                 "Take the result of a joint template apart: DIR/GARMENT is a result of each garment by "
+                 "itself, with its own "
+                 "template, which weft evaluate, export and the Blender add-on read like any other.",
+                 "  weft split result --out garments\n  weft evaluate garments/shirt");
+  auto options = std::make_shared<SplitOptions>();
+  command->add_option("RESULT", options->result, "The --out folder of weft register")
+      ->required()
+      ->type_name("");
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  command->callback([options, &line] { line.run = [options] { return Split(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,36 @@
+// weft support: a file for whoever helps.
+#include <cstdio>
+#include <memory>
+
+#include "absl/strings/str_join.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/installation_options.h"
+#include "services/tools/installation/support_bundle.h"
+
+namespace weft {
+
+void AddSupportCommand(CLI::App& app, CommandLine& line) {
+  const auto options = std::make_shared<SupportOptions>();
+  CLI::App* support = AddCommand(
+      app, "support",
+      "Pack versions, options, the doctor's report, the end of the log, lists of jobs and takes, and facts "
+      "of the "
+      "machine into one file for whoever helps. Tokens, keys, leases, pictures and results are not in it.",
+      "  weft support --out weft-support.tar.zst\n"
+      "  weft support --config weftd.txtpb --out weft-support.tar.gz");
+  support->add_option("--out", options->out, "The file, .tar.zst or .tar.gz")->type_name("FILE")->required();
+  support->add_option("--log-lines", options->journal_lines, "How much of the service's log")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000000));
+  AddInstallationOptions(*support, options->installation);
+  support->callback([options, &line] {
+    line.run = [options] {
+      const absl::StatusOr<std::vector<std::string>> names = WriteSupportBundle(*options);
+      if (!names.ok()) return names.status();
+      std::printf("%s has %s\n", options->out.c_str(), absl::StrJoin(*names, ", ").c_str());
+      return absl::OkStatus();
+    };
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,351 @@
+// weft take start, stop, watch, list, pin, delete, restore, empty-trash: takes of a daemon.
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+#include "base/timed_id.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/studio/recording/session_file.h"
+#include "services/studio/recording/take_words.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/client/take_client.h"
+
+namespace weft {
+namespace {
+
+struct RemoteTakeOptions {
+  std::string server;
+  std::string take_id;
+  std::string session;
+  std::string lease;
+  double seconds = 0;
+  bool no_disk_test = false;
+  int limit = 20;
+  bool trash = false;
+  std::string words;
+  bool unpin = false;
+  bool json = false;
+};
+
+struct RemoteTakeContext {
+  TakeClient& client;
+  const RemoteTakeOptions& options;
+  bool quiet;
+  std::stop_token stop;
+};
+
+const char* PhaseWord(v1::RecorderPhase phase) {
+  switch (phase) {
+    case v1::RECORDER_PHASE_RECORDING:
+      return "recording";
+    case v1::RECORDER_PHASE_ENDED:
+      return "ended";
+    case v1::RECORDER_PHASE_FAILED:
+      return "failed";
+    case v1::RECORDER_PHASE_RECOVERED:
+      return "recovered";
+    default:
+      return "starting";
+  }
+}
+
+std::string TakeLine(const v1::RecordedTake& take) {
+  const v1::RecorderState& state = take.state();
+  std::string line =
+      absl::StrFormat("%-9s  %6.0f s  %s sets, %s dropped, %s frames missing", PhaseWord(state.phase()),
+                      state.elapsed_s(), WithSeparators(state.sets_recorded()),
+                      WithSeparators(state.sets_dropped()), WithSeparators(state.frames_missing()));
+  if (state.phase() == v1::RECORDER_PHASE_RECORDING && state.disk_minutes_left() >= 0) {
+    absl::StrAppendFormat(&line, ", disk for %.0f min", state.disk_minutes_left());
+  }
+  for (const std::string* said : {&take.keeping().slate(), &take.keeping().name(), &take.timecode()})
+    if (!said->empty()) absl::StrAppend(&line, "  ", *said);
+  if (take.keeping().pinned()) absl::StrAppend(&line, "  pinned");
+  if (!state.message().empty()) absl::StrAppend(&line, "  (", state.message(), ")");
+  if (!take.keeping().deleted_because().empty()) {
+    absl::StrAppend(&line, "  (in the trash: ", take.keeping().deleted_because(), ")");
+  }
+  return line;
+}
+
+std::string EventLine(const v1::TakeEvent& event) {
+  const absl::Time when = absl::FromUnixNanos(event.noticed_unix_ns());
+  std::string line = absl::FormatTime("%H:%M:%S  ", when, absl::LocalTimeZone());
+  if (event.event() != "note") {
+    const std::string last =
+        event.last_set() > event.first_set() ? absl::StrCat(" to ", event.last_set()) : "";
+    absl::StrAppend(&line, "set ", event.first_set(), last, " ", event.event(), "  ");
+  }
+  if (!event.camera().empty()) absl::StrAppend(&line, "camera ", event.camera(), ": ");
+  return line + event.cause();
+}
+
+// How the registration of a take keeps up with it.
+std::string LiveWords(const v1::RecordedTake& take) {
+  if (take.live_job_id().empty()) return "";
+  // Frames that an avatar drives observe none.
+  const double coverage = take.live().coverage();
+  return absl::StrCat(coverage > 0 ? absl::StrFormat(", %.1f %% of the cells observed", 100 * coverage) : "",
+                      absl::StrFormat(", meshes %.1f s behind", take.live().latency_s()));
+}
+
+// A take that could not be recorded to its end fails the command.
+absl::Status OutcomeOfTake(const v1::RecordedTake& take) {
+  const v1::RecorderState& state = take.state();
+  if (state.phase() == v1::RECORDER_PHASE_ENDED) return absl::OkStatus();
+  return absl::InternalError(absl::StrCat("take ", take.id(), ": ", state.message()));
+}
+
+absl::StatusCode CodeOfName(const std::string& name) {
+  for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code)
+    if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == name)
+      return static_cast<absl::StatusCode>(code);
+  return absl::StatusCode::kInternal;
+}
+
+// Until the cameras are recorded, or why they are not. A recorder that takes longer is left to itself.
+absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& take) {
+  constexpr std::chrono::seconds kPatience{30};
+  std::stop_source enough;
+  const std::stop_callback on_interrupt(context.stop, [&enough] { enough.request_stop(); });
+  const std::jthread timer([&enough, kPatience](const std::stop_token& stop) {
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any never;
+    never.wait_for(lock, stop, kPatience, [] { return false; });
+    enough.request_stop();
+  });
+  const absl::StatusOr<v1::RecordedTake> ended = context.client.Watch(
+      take.id(),
+      [&](const v1::RecordedTake& now) {
+        take = now;
+        if (now.state().phase() == v1::RECORDER_PHASE_RECORDING) enough.request_stop();
+      },
+      enough.get_token());
+  if (!ended.ok()) return absl::OkStatus();  // it goes on, whoever watches it
+  const v1::RecorderState& state = ended->state();
+  const bool is_short = state.phase() == v1::RECORDER_PHASE_ENDED && state.message().empty();
+  if (is_short || state.sets_recorded() > 0) return absl::OkStatus();
+  return absl::Status(CodeOfName(state.error_code()),
+                      absl::StrCat("take ", take.id(), ": ",
+                                   state.message().empty() ? "its recorder ended" : state.message()));
+}
+
+absl::Status StartRemoteTake(const RemoteTakeContext& context) {
+  const RemoteTakeOptions& options = context.options;
+  if (options.session.empty() == options.lease.empty()) {
+    return absl::InvalidArgumentError(
+        "give either --session FILE, or the --lease that `weft session open` printed (or WEFT_LEASE)");
+  }
+  v1::StartTakeRequest request;
+  request.set_lease(options.lease);
+  if (!options.session.empty()) {
+    const absl::StatusOr<v1::Session> session = ReadSession(options.session);
+    if (!session.ok()) return session.status();
+    *request.mutable_recording()->mutable_session() = *session;
+  }
+  request.mutable_recording()->set_seconds(context.options.seconds);
+  request.mutable_recording()->set_no_disk_test(context.options.no_disk_test);
+  request.set_idempotency_key(NewTimedId());
+  absl::StatusOr<v1::RecordedTake> take = context.client.Start(request);
+  if (!take.ok()) return take.status();
+  if (!context.options.json) std::printf("%s\n", take->id().c_str());
+  std::fflush(stdout);
+  const absl::Status started = WaitForStart(context, *take);
+  if (!context.options.json) return started;
+  const absl::Status printed = PrintJsonMessage(*take);
+  return started.ok() ? printed : started;
+}
+
+absl::Status WatchRemoteTake(const RemoteTakeContext& context) {
+  const bool shows = !context.quiet && !context.options.json && isatty(STDERR_FILENO);
+  const bool tells = !context.quiet && !context.options.json;
+  const auto show = [shows, tells](const v1::RecordedTake& take) {
+    for (const v1::TakeEvent& event : take.events()) {
+      if (tells && event.event() != "end")
+        std::fprintf(stderr, "%s%s\n", shows ? "\r\033[K" : "", EventLine(event).c_str());
+    }
+    if (shows) std::fprintf(stderr, "\r%s%s\033[K", TakeLine(take).c_str(), LiveWords(take).c_str());
+  };
+  const absl::StatusOr<v1::RecordedTake> take =
+      context.client.Watch(context.options.take_id, show, context.stop);
+  if (shows) std::fputc('\n', stderr);
+  if (!take.ok()) return take.status();
+  if (context.options.json) {
+    if (absl::Status status = PrintJsonMessage(*take); !status.ok()) return status;
+  } else if (!context.quiet) {
+    for (const std::string& warning : take->state().warnings()) PrintWarning(warning);
+    std::printf("%s\ntake     %s\n", TakeLine(*take).c_str(), take->folder().c_str());
+  }
+  return OutcomeOfTake(*take);
+}
+
+absl::Status StopRemoteTake(const RemoteTakeContext& context) {
+  const absl::StatusOr<v1::RecordedTake> take = context.client.Stop(context.options.take_id);
+  if (!take.ok()) return take.status();
+  return WatchRemoteTake(context);  // until it is closed
+}
+
+absl::Status ListRemoteTakes(const RemoteTakeContext& context) {
+  const absl::StatusOr<v1::ListTakesResponse> list =
+      context.client.List(context.options.limit, context.options.trash, context.options.words);
+  if (!list.ok()) return list.status();
+  if (context.options.json) return PrintJsonMessage(*list);
+  for (const std::string& warning : list->warnings()) PrintWarning(warning);
+  if (list->takes().empty()) {
+    std::printf("no takes %s%sat %s\n", context.options.trash ? "in the trash " : "",
+                context.options.words.empty() ? "" : "with these words ", context.options.server.c_str());
+  }
+  for (const v1::RecordedTake& take : list->takes())
+    std::printf("%s  %s\n", take.id().c_str(), TakeLine(take).c_str());
+  return absl::OkStatus();
+}
+
+absl::Status PrintTakeState(const absl::StatusOr<v1::RecordedTake>& take, const RemoteTakeContext& context) {
+  if (!take.ok()) return take.status();
+  if (context.options.json) return PrintJsonMessage(*take);
+  if (!context.quiet) std::printf("%s  %s\n", take->id().c_str(), TakeLine(*take).c_str());
+  return absl::OkStatus();
+}
+
+absl::Status PinRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Pin(context.options.take_id, !context.options.unpin), context);
+}
+
+absl::Status DeleteRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Delete(context.options.take_id), context);
+}
+
+absl::Status RestoreRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Restore(context.options.take_id), context);
+}
+
+absl::Status EmptyRemoteTrash(const RemoteTakeContext& context) {
+  const absl::StatusOr<v1::EmptyTrashResponse> emptied = context.client.EmptyTrash(context.options.take_id);
+  if (!emptied.ok()) return emptied.status();
+  if (context.options.json) return PrintJsonMessage(*emptied);
+  if (!context.quiet) {
+    std::printf("%d takes removed, %.2f GB\n", emptied->takes(), static_cast<double>(emptied->bytes()) / 1e9);
+  }
+  return absl::OkStatus();
+}
+
+// What a subcommand takes besides --server and --json.
+enum class RemoteTakeArguments { kTake, kMaybeTake, kPin, kSession, kLimit };
+
+struct RemoteTakeCommand {
+  const char* name;
+  const char* description;
+  const char* example;
+  RemoteTakeArguments arguments;
+  absl::Status (*action)(const RemoteTakeContext& context);
+};
+
+void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
+  command.add_option("--session", options.session, "session.json with cameras, rate and tolerance")
+      ->type_name("FILE");
+  command
+      .add_option("--lease", options.lease,
+                  "Record the cameras of the session that `weft session open` opened")
+      ->type_name("LEASE")
+      ->envname("WEFT_LEASE");
+  command.add_option("--seconds", options.seconds, "How long; 0: until `weft take stop`")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--no-disk-test", options.no_disk_test,
+                   "Do not measure first whether the disk keeps up with the cameras");
+}
+
+void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOptions& options) {
+  if (arguments == RemoteTakeArguments::kSession) return AddStartArguments(command, options);
+  if (arguments == RemoteTakeArguments::kLimit) {
+    command.add_option("--limit", options.limit, "At most this many")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command.add_flag("--trash", options.trash, "Those in the trash instead");
+    command
+        .add_option("--search", options.words,
+                    "Those alone in whose slate, name, notes, id or timecode all of these words stand")
+        ->type_name("WORDS");
+    return;
+  }
+  CLI::Option* take =
+      command.add_option("TAKE", options.take_id, "Id of the take, as `weft take list` prints it");
+  if (arguments != RemoteTakeArguments::kMaybeTake) take->required();
+  if (arguments == RemoteTakeArguments::kPin) command.add_flag("--off", options.unpin, "Unpin it");
+}
+
+void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCommand& what) {
+  CLI::App* command = AddCommand(take, what.name, what.description, what.example);
+  auto options = std::make_shared<RemoteTakeOptions>();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
+  AddArguments(*command, what.arguments, *options);
+  command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options, action = what.action, &line] {
+    line.run = [options, action, &line] {
+      const StopOnSignal signals;
+      const absl::StatusOr<std::unique_ptr<RegistrationClient>> connection =
+          RegistrationClient::Connect(options->server);
+      if (!connection.ok()) return connection.status();
+      TakeClient client(**connection);
+      return action({client, *options, line.quiet, signals.token()});
+    };
+  });
+}
+
+}  // namespace
+
+void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
+  const RemoteTakeCommand commands[] = {
+      {"start",
+       "Have a daemon record the cameras of a session, and print the id of the take. The take goes on when "
+       "this "
+       "command or the daemon ends",
+       "  weft take start --session session.json --server 127.0.0.1:7411\n"
+       "  weft take start --lease $LEASE --server 127.0.0.1:7411\n"
+       "  weft take start --session session.json --seconds 60 --server 127.0.0.1:7411",
+       RemoteTakeArguments::kSession, StartRemoteTake},
+      {"stop", "Close a take that a daemon records, and wait until it is closed",
+       "  weft take stop 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       StopRemoteTake},
+      {"watch",
+       "Follow a take that a daemon records until it has ended. Stopping the command leaves the take alone. "
+       "Exit "
+       "status 1 when it failed",
+       "  weft take watch 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       WatchRemoteTake},
+      {"list", "List the takes that a daemon records or recorded, the newest first",
+       "  weft take list --server 127.0.0.1:7411\n"
+       "  weft take list --search \"12A walk\" --server 127.0.0.1:7411\n"
+       "  weft take list --trash --server 127.0.0.1:7411",
+       RemoteTakeArguments::kLimit, ListRemoteTakes},
+      {"pin", "Keep a take of a daemon from being deleted or cleared away",
+       "  weft take pin 20260131-104500-1a2b3c4d --server 127.0.0.1:7411\n"
+       "  weft take pin --off 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
+       RemoteTakeArguments::kPin, PinRemoteTake},
+      {"delete",
+       "Move a take of a daemon to its trash. `weft take restore` brings it back until the trash is emptied",
+       "  weft take delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       DeleteRemoteTake},
+      {"restore", "Bring a take back from a daemon's trash",
+       "  weft take restore 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       RestoreRemoteTake},
+      {"empty-trash", "Remove the takes in a daemon's trash, or one of them, for good",
+       "  weft take empty-trash --server 127.0.0.1:7411\n"
+       "  weft take empty-trash 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
+       RemoteTakeArguments::kMaybeTake, EmptyRemoteTrash}};
+  for (const RemoteTakeCommand& command : commands) AddRemoteTakeCommand(take, line, command);
+}
+
+}  // namespace weft

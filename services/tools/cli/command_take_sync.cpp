@@ -1,0 +1,53 @@
+// weft take sync: did the cameras of a take keep together?
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/verdict/verdict.h"
+#include "services/studio/recording/sync_report.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/sync_page.h"
+
+namespace weft {
+namespace {
+
+struct SyncCommandOptions {
+  std::string take;
+  std::string report;
+  bool json = false;
+};
+
+absl::Status Sync(const SyncCommandOptions& options) {
+  const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(options.take);
+  if (!analysis.ok()) return analysis.status();
+  if (!options.report.empty()) {
+    if (absl::Status status = WriteFileAtomically(options.report, SyncPage(*analysis)); !status.ok())
+      return status;
+  }
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(analysis->report); !status.ok()) return status;
+  } else {
+    std::fputs(SyncReportText(analysis->report).c_str(), stdout);
+  }
+  return VerdictStatus(analysis->report.verdict());
+}
+
+}  // namespace
+
+void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
+  const auto options = std::make_shared<SyncCommandOptions>();
+  CLI::App* sync =
+      AddCommand(take, "sync",
+                 "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of "
+                 "their clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings "
+                 "name what to do. Exit status 1 when the verdict is bad.",
+                 "  weft take sync take --report sync.html");
+  sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
+  sync->add_option("--report", options->report, "Write a page with plots over the take")->type_name("FILE");
+  sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");
+  sync->callback([options, &line] { line.run = [options] { return Sync(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,238 @@
+// weft template: garments, the mesh at rest and what of the board each of its vertices is.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/mesh_graph.h"
+#include "alignment/template_check.h"
+#include "base/length_unit.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/files/obj_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/files/text_file.h"
+#include "services/ground/process/exit_status.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/template_summary.h"
+
+namespace weft {
+namespace {
+
+struct TemplateImportOptions {
+  std::string mesh;
+  std::string cells;
+  std::string corners;  // empty: no vertex is one
+  std::string board;
+  std::string out;
+  std::string id;
+  int openings = -1;
+  std::string unit = "mm";
+  bool allow_scale = false;
+  bool turn_faces = false;
+  OutputGuard guard;
+};
+
+absl::Status InFile(const std::string& path, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+}
+
+// Closed runs of edges that have one face. Where several meet at a vertex they count as one.
+int CountBoundaryLoops(const TriangleMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  edges.reserve(3 * mesh.faces.size());
+  for (const Face& face : mesh.faces) {
+    for (int i = 0; i < 3; ++i) edges.push_back(std::minmax({face[i], face[(i + 1) % 3]}));
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<int> parent(mesh.vertices_mm.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::vector<bool> on_boundary(mesh.vertices_mm.size(), false);
+  for (size_t i = 0, next = 0; i < edges.size(); i = next) {
+    while (next < edges.size() && edges[next] == edges[i]) ++next;
+    if (next - i != 1) continue;
+    const auto [a, b] = edges[i];
+    on_boundary[a] = on_boundary[b] = true;
+    parent[root(a)] = root(b);
+  }
+  int loops = 0;
+  for (size_t v = 0; v < parent.size(); ++v) loops += on_boundary[v] && parent[v] == static_cast<int>(v);
+  return loops;
+}
+
+void PrintSummary(const TemplateImportOptions& options, const Template& garment) {
+  const size_t vertices = garment.node_of_vertex.size();
+  const auto with_cell =
+      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                        [](const VertexNode& node) { return node.IsCell(); }));
+  const auto on_corner =
+      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                        [](const VertexNode& node) { return node.IsCorner(); }));
+  std::printf(
+      "%s/template.json: %zu vertices, %zu faces, %zu vertices with a cell (%zu without), %s%d component(s), "
+      "%d boundary loop(s), hash %s\n",
+      options.out.c_str(), vertices, garment.rest.faces.size(), with_cell, vertices - with_cell,
+      on_corner > 0 ? absl::StrCat(on_corner, " on a corner, ").c_str() : "",
+      BuildMeshGraph(garment.rest).components, CountBoundaryLoops(garment.rest),
+      garment.ContentHash().c_str());
+}
+
+std::string MapNames(const TemplateImportOptions& options) {
+  return options.corners.empty() ? options.cells : absl::StrCat(options.cells, " and ", options.corners);
+}
+
+absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& options) {
+  const absl::StatusOr<std::string> text = ReadTextFile(options.cells);
+  if (!text.ok()) return text.status();
+  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, NodeKind::kCenter, options.cells);
+  if (!nodes.ok() || options.corners.empty()) return nodes;
+  const absl::StatusOr<std::string> corners_text = ReadTextFile(options.corners);
+  if (!corners_text.ok()) return corners_text.status();
+  const absl::StatusOr<std::vector<VertexNode>> corners =
+      ParseVertexMap(*corners_text, NodeKind::kCorner, options.corners);
+  if (!corners.ok()) return corners.status();
+  const absl::Status status = InFile(MapNames(options), JoinCorners(*corners, &*nodes));
+  if (!status.ok()) return status;
+  return nodes;
+}
+
+absl::StatusOr<TriangleMesh> ReadMeshInMm(const TemplateImportOptions& options) {
+  absl::StatusOr<TriangleMesh> mesh = ReadForeignMesh(options.mesh);
+  if (!mesh.ok()) return mesh;
+  for (Eigen::Vector3d& v : mesh->vertices_mm) v *= LengthUnitNamed(options.unit).value().mm;
+  return mesh;
+}
+
+// What of mesh and map deserves a word; the faces of `garment` show the printed side afterwards.
+absl::StatusOr<std::vector<std::string>> CheckOnBoard(const TemplateImportOptions& options,
+                                                      const Board& board, Template* garment) {
+  const absl::StatusOr<TemplateOnBoard> on_board =
+      PutOnBoard(board, options.turn_faces ? FaceSideSaid::kInside : FaceSideSaid::kNothing,
+                 options.allow_scale, garment);
+  if (!on_board.ok()) return on_board.status();
+  std::vector<std::string> notes = on_board->size.off;
+  notes.insert(notes.end(), on_board->size.unchecked.begin(), on_board->size.unchecked.end());
+  if (on_board->turned.faces > 0)
+    notes.push_back(
+        absl::StrCat(on_board->turned.faces, " of ", garment->rest.faces.size(),
+                     " faces showed the inside of the cloth and were turned to the printed side"));
+  return notes;
+}
+
+absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
+  const absl::StatusOr<Board> board = ReadBoard(options.board);
+  if (!board.ok()) return board.status();
+  absl::StatusOr<TriangleMesh> mesh = ReadMeshInMm(options);
+  if (!mesh.ok()) return mesh.status();
+  absl::StatusOr<std::vector<VertexNode>> nodes = ReadMaps(options);
+  if (!nodes.ok()) return nodes.status();
+  absl::Status status = InFile(options.mesh, CheckTemplateMesh(*mesh));
+  status.Update(InFile(absl::StrCat(MapNames(options), " with ", options.mesh),
+                       CheckVertexNodes(*nodes, mesh->vertices_mm.size(), *board)));
+  if (!status.ok()) return status;
+  absl::StatusOr<Template> garment =
+      ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id, *std::move(mesh),
+                     *std::move(nodes), *board);
+  if (!garment.ok()) return garment.status();
+  const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, *board, &*garment);
+  status = InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status());
+  if (!status.ok()) return status;
+  GarmentParts parts;
+  parts.board_rows = board->rows, parts.board_cols = board->cols;
+  parts.any_scale = options.allow_scale;
+  if (options.openings >= 0) {
+    const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, {});
+    status = InFile(options.mesh, summary.status());
+    if (status.ok()) status = InFile(options.mesh, CheckOpeningCount(*summary, options.openings));
+    if (!status.ok()) return status;
+    parts.expected_openings = options.openings;
+  }
+  const auto name_of = [](const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+  };
+  status = MayWriteTemplate(options.out, *garment, options.guard);
+  if (!status.ok()) return status;
+  status = WriteTemplateWithParts(
+      options.out, *garment, parts,
+      absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
+  if (!status.ok()) return status;
+  for (const std::string& note : *notes) PrintWarning(absl::StrCat(options.mesh, ": ", note));
+  PrintSummary(options, *garment);
+  return absl::OkStatus();
+}
+
+void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
+  command.add_option("--unit", options.unit, "Unit of the mesh's coordinates")
+      ->type_name("UNIT")
+      ->capture_default_str()
+      ->check(OneLengthUnit());
+  command.add_flag("--allow-scale", options.allow_scale,
+                   "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
+  command.add_flag(
+      "--turn-faces", options.turn_faces,
+      "All faces of a sheet show its inside: turn them. Those of garments that enclose something are "
+      "turned without it");
+}
+
+}  // namespace
+
+void AddTemplateCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* garment = AddCommand(app, "template",
+                                 "Make a garment's template: its mesh and the board cell of each vertex", "");
+  garment->require_subcommand(1);
+  AddTemplateBuildCommand(*garment, line);
+  AddTemplateCheckCommand(*garment, line);
+  AddTemplateJoinCommand(*garment, line);
+  CLI::App* command = AddCommand(
+      *garment, "import",
+      "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
+      "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (and DIR/corners.txt). Nothing is written when they "
+      "do not fit: vertices in another order than the map, a mirrored mesh or map, another size than the "
+      "print.",
+      "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
+  auto options = std::make_shared<TemplateImportOptions>();
+  command
+      ->add_option("--mesh", options->mesh,
+                   "The garment at rest: triangles, PLY or OBJ, vertices in the order of the map")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--cells", options->cells,
+                   "Text with a line `row col` per vertex of the mesh, `-1 -1` for a vertex without a cell")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--corners", options->corners,
+          "Text like that of --cells, for vertices that are corners between cells: corner `row col` is "
+          "the upper left one of that cell. Without it only centres of cells are vertices")
+      ->type_name("FILE");
+  command->add_option("--board", options->board, "board.json or board.png of the cloth")
+      ->required()
+      ->type_name("BOARD");
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
+  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
+      ->type_name("NAME");
+  command
+      ->add_option("--openings", options->openings,
+                   "Openings that the garment has, e.g. 4 for a T-shirt: a mesh with others, or that is no "
+                   "clean surface, is refused")
+      ->type_name("N")
+      ->check(CLI::Range(-1, 100));
+  AddCheckOptions(*command, *options);
+  command->callback([options, &line] { line.run = [options] { return ImportTemplateFiles(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,222 @@
+// weft template build: a garment's template from recordings or clouds of it.
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "alignment/template_build/build_template.h"
+#include "alignment/template_check.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/options/presets.h"
+#include "services/formats/verdict/verdict.h"
+#include "services/ground/process/exit_status.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/results/report/html_text.h"
+#include "services/results/report/template_report.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/input_options.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/pipeline_flags.h"
+#include "services/tools/cli/print_verdict.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_operation.h"
+#include "services/tools/cli/template_sources.h"
+#include "services/tools/cli/template_summary.h"
+
+namespace weft {
+namespace {
+
+struct BuildOptions {
+  TemplateSourceFiles from;
+  std::string out;
+  double cell_mm = 0;
+  int threads = 0;
+  bool json = false;
+  std::string id;
+  PipelineFlags pipeline;
+  OutputGuard guard;
+};
+
+std::string PanelNames(std::vector<int> panels) {
+  for (int& panel : panels) ++panel;
+  return absl::StrCat(panels.size() == 1 ? "panel " : "panels ", absl::StrJoin(panels, ", "));
+}
+
+void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
+  const Template& garment = built.garment;
+  absl::PrintF("surface  %s faces, hash %s\n", FormatCount(static_cast<int64_t>(garment.rest.faces.size())),
+               garment.ContentHash());
+  for (const Seam& seam : built.parts.seams) {
+    absl::PrintF("seam     panel %d to panel %d, %.0f mm, %.1f mm wide\n", seam.panel_a + 1, seam.panel_b + 1,
+                 seam.length_mm, seam.gap_mm);
+  }
+  for (const TemplateBorder& opening : built.parts.openings) {
+    absl::PrintF("opening  %.0f mm, %s\n", opening.length_mm, PanelNames(opening.panels));
+  }
+  absl::PrintF("rest     edges within %.1f %% of the print (median), %.1f %% (95 of 100)\n",
+               100 * built.strain.median, 100 * built.strain.p95);
+  absl::PrintF("template %s/template.json\nreport   %s/report.html\n", options.out, options.out);
+}
+
+// Summary of what was built, with warnings and verdict.
+absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
+  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(built.garment, built.parts);
+  if (!summary.ok()) return summary;
+  *summary->mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
+  *summary->mutable_verdict() = TemplateVerdict(*summary);
+  return summary;
+}
+
+absl::Status Build(BuildOptions options, bool quiet) {
+  const absl::StatusOr<CommandPipeline> pipeline =
+      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"});
+  if (!pipeline.ok()) return pipeline.status();
+  if (absl::Status status = MayWriteTemplateFolder(options.out, options.guard); !status.ok()) return status;
+  TemplateBuildOptions build = pipeline->options.template_build;
+  build.id = options.id.empty() ? TemplateIdOf(options.out) : options.id;
+  absl::StatusOr<Board> board = ReadBoard(options.from.board);
+  if (!board.ok()) return board.status();
+  if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
+  options.from.clouds_out = (std::filesystem::path(options.out) / "clouds").string();
+  StopOnSignal stop;
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  absl::StatusOr<TemplateSources> sources;
+  arena.execute(
+      [&] { sources = ReadTemplateSources(options.from, *board, pipeline->options, quiet, stop.token()); });
+  if (!sources.ok()) return sources.status();
+  absl::StatusOr<BuiltTemplate> built;
+  {
+    constexpr uint64_t kSteps = 100;
+    Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
+    arena.execute([&] {
+      built = BuildTemplate(*board, *sources, build, [&](double share) {
+        progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
+      });
+    });
+  }
+  if (!built.ok()) return built.status();
+  if (absl::Status status = CheckTemplateMap(built->garment); !status.ok()) return status;
+  for (const std::string& warning : built->warnings) PrintWarning(warning);
+  std::vector<std::string> names;
+  for (const std::string& path : sources->cloud_names) {
+    names.push_back(std::filesystem::path(path).filename().string());
+  }
+  absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
+                                               absl::StrCat("built from ", absl::StrJoin(names, ", ")));
+  if (!status.ok()) return status;
+  absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
+  if (!summary.ok()) return summary.status();
+  const absl::StatusOr<std::string> report = MakeTemplateReport(
+      *built, {options.from.board, options.from.panels, sources->cloud_names, summary->verdict()});
+  if (!report.ok()) return report.status();
+  status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
+  if (!status.ok()) return status;
+  *summary->mutable_options() = pipeline->message;
+  if (options.json) {
+    if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
+  } else {
+    PrintVerdict(summary->verdict());
+    PrintBuilt(options, *built);
+  }
+  return VerdictStatus(summary->verdict());
+}
+
+// Flags that stand for options of the build.
+void AddSewingOptions(CLI::App& command, v1::PipelineOptions& named) {
+  const TemplateBuildOptions defaults;
+  const auto build = [&named] { return named.mutable_template_build(); };
+  command
+      .add_option_function<int>(
+          "--openings", [build](int openings) { build()->set_openings(openings); },
+          "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; "
+          "-1 takes what is found")
+      ->default_str(absl::StrCat(defaults.openings))
+      ->type_name("N")
+      ->check(CLI::Range(-1, 100));
+  command
+      .add_option_function<double>(
+          "--max-seam-gap-mm", [build](double gap_mm) { build()->mutable_seams()->set_max_gap_mm(gap_mm); },
+          "Furthest that the outermost cells on both sides of a seam may be apart; 0: four cells")
+      ->default_str(absl::StrCat(defaults.seams.max_gap_mm))
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option_function<double>(
+          "--max-hole-mm", [build](double hole_mm) { build()->set_max_hole_mm(hole_mm); },
+          "Longest border of a hole that is closed; 0: sixty cells")
+      ->default_str(absl::StrCat(defaults.max_hole_mm))
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag_callback(
+      "--allow-open-seams", [build] { build()->set_allow_open_seams(true); },
+      "Borders that run along each other like a seam but further apart stay open");
+  command.add_flag_callback(
+      "--corners", [build] { build()->set_corners(true); },
+      "A vertex at every corner between four cells of a panel as well: twice as many vertices, "
+      "which clouds with corners tell the places of. Registration takes about twice as long");
+}
+
+}  // namespace
+
+void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      garment, "build",
+      "Build a template from a recording of the garment, or from clouds of it, best of a person who stands "
+      "with arms away from the body. "
+      "Finds the panels on the board and the seams between them, sews, checks the openings, and lays the "
+      "garment to rest in the pose of the cloud that shows most: DIR/template.json, DIR/mesh.ply and "
+      "DIR/cells.txt (with --corners DIR/corners.txt), as `weft template import` writes them. Nothing but "
+      "the clouds of a recording is "
+      "written (DIR/clouds/, to try again with other options) when the garment is not what was expected.",
+      "  weft template build TPOSE_DUMP --rig rig.json --board board.json --openings 4 --out shirt\n"
+      "  weft template build shirt/clouds/*.ply --board board.json --openings 5 --out shirt\n"
+      "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
+  auto options = std::make_shared<BuildOptions>();
+  TemplateSourceFiles& from = options->from;
+  command->add_option("sources", from.sources, "Dumps to decode and triangulate, or cloud.ply of frames")
+      ->required()
+      ->type_name("DUMP|CLOUD...");
+  command->add_option("--rig", from.rig, "rig.json of the cameras that recorded the dumps")->type_name("RIG");
+  command->add_option("--board", from.board, "board.json or board.png of the cloth")
+      ->required()
+      ->type_name("BOARD");
+  AddFramesOption(*command, from.frames, "Which frames of the dumps, all by default");
+  AddMosaicOption(*command, from.mosaic);
+  command->add_option("--samples", from.samples, "How many of these frames, spread evenly, to build from")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  command
+      ->add_option("--panels", from.panels,
+                   "Image of the board with a pixel per cell: black outside the garment, each panel in any "
+                   "other colour. By default the panels are the cells that the clouds show")
+      ->type_name("IMAGE");
+  command
+      ->add_option(
+          "--cell-mm", options->cell_mm,
+          "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png")
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  AddSewingOptions(*command, options->pipeline.named);
+  AddPipelineFlags(*command, options->pipeline);
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
+  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
+      ->type_name("NAME");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
+  RunHereOrAtDaemon(*command, line, [options, &line] { return Build(*options, line.quiet); });
+}
+
+}  // namespace weft

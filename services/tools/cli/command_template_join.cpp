@@ -1,0 +1,90 @@
+// weft template join: the garments of one take as one template.
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/joint_template.h"
+#include "alignment/template_check.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/ground/process/exit_status.h"
+#include "services/tools/cli/commands.h"
+#include "services/tools/cli/output_guard.h"
+#include "services/tools/cli/template_summary.h"
+
+namespace weft {
+namespace {
+
+struct TemplateJoinOptions {
+  std::vector<std::string> templates;
+  std::string board;
+  std::string out;
+  std::string id;
+  OutputGuard guard;
+};
+
+absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
+  const absl::StatusOr<Board> board = ReadBoard(options.board);
+  if (!board.ok()) return board.status();
+  std::vector<Template> garments;
+  std::vector<GarmentParts> parts;
+  for (const std::string& path : options.templates) {
+    absl::StatusOr<Template> garment = ReadTemplate(path);
+    if (!garment.ok()) return garment.status();
+    absl::StatusOr<GarmentParts> of_garment = ReadGarmentParts(path);
+    if (!of_garment.ok()) return of_garment.status();
+    garments.push_back(*std::move(garment));
+    parts.push_back(*std::move(of_garment));
+  }
+  const absl::StatusOr<JointTemplate> joint =
+      JoinTemplates(options.id.empty() ? TemplateIdOf(options.out) : options.id, garments, parts, *board);
+  if (!joint.ok()) return joint.status();
+  const absl::StatusOr<TemplateSize> size =
+      CheckTemplateOnBoard(joint->garment, *board, joint->parts.any_scale);
+  if (!size.ok()) return size.status();
+  for (const auto* notes : {&size->off, &size->unchecked})
+    for (const std::string& note : *notes) PrintWarning(note);
+  absl::Status status = MayWriteTemplate(options.out, joint->garment, options.guard);
+  if (!status.ok()) return status;
+  status = WriteTemplateWithParts(options.out, joint->garment, joint->parts, "weft template join");
+  if (!status.ok()) return status;
+  std::printf("%s/template.json: %zu vertices, %zu faces, hash %s\n", options.out.c_str(),
+              joint->garment.rest.vertices_mm.size(), joint->garment.rest.faces.size(),
+              joint->garment.ContentHash().c_str());
+  for (const TemplateGarment& one : joint->garment.garments)
+    std::printf("  vertices %d to %d: %s\n", one.first_vertex, one.first_vertex + one.vertices - 1,
+                one.id.c_str());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      garment, "join",
+      "Make one template of the garments that a take shows together. The boards that they were sewn from "
+      "must "
+      "be parts of the joint board. Meshes of all garments are registered at once, and do not pass through "
+      "each other; exports and evaluation show them together and apart.",
+      "  weft pattern join skirt_board shirt_board --out outfit_board\n"
+      "  weft template join skirt shirt --board outfit_board --out outfit");
+  auto options = std::make_shared<TemplateJoinOptions>();
+  command
+      ->add_option("TEMPLATE", options->templates,
+                   "Folders of two templates or more, from the innermost garment to the outermost")
+      ->required()
+      ->type_name("");
+  command->add_option("--board", options->board, "The joint board of `weft pattern join`")
+      ->required()
+      ->type_name("BOARD");
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
+  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
+      ->type_name("NAME");
+  command->callback([options, &line] { line.run = [options] { return JoinTemplateFiles(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,135 @@
+#include "services/tools/cli/evaluate_avatar.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
+#include "services/ground/process/stop_on_signal.h"
+#include "services/tools/cli/command_line.h"
+#include "services/tools/cli/json_output.h"
+#include "services/tools/cli/progress.h"
+#include "services/work/animation/avatar_goals.h"
+
+namespace weft {
+
+void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options) {
+  constexpr char kGroup[] = "An avatar";
+  CLI::Option* avatar =
+      command
+          .add_option(
+              "--avatar", options.scoring.avatar,
+              "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
+              "`weft simulate`, with or without pictures, and compare it with the truth")
+          ->type_name("DIR")
+          ->group(kGroup);
+  command
+      .add_option(
+          "--baseline", options.scoring.baseline,
+          "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there are "
+          "two cameras")
+      ->type_name("DIR")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option(
+          "--cameras", options.scoring.cameras,
+          "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, at "
+          "equal angles; with pictures they are chosen among those of the take")
+      ->type_name("N,N")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str()
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option(
+          "--splits", options.scoring.splits,
+          "Which takes of a data set: validate, test-known, test-unseen. What is chosen by a test is no "
+          "test any more: compare avatars by validate")
+      ->type_name("NAME,NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(OneOf({"train", "validate", "test-known", "test-unseen"}))
+      ->capture_default_str()
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option(
+          "--frames", options.frames,
+          "Which frames of each take, all by default: a range A:B by position, B not included, either "
+          "side may be left out; or N, the first N alone")
+      ->type_name("RANGE")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_flag("--pictures", options.scoring.films,
+                "Render and decode pictures of takes without them, instead of imitating the decoder: about "
+                "half a second of a core a picture. What imitation gives stands beside it")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_flag(
+          "--trials", options.scoring.with_trials,
+          "Drive takes without pictures also before two cameras in other places, each frame by itself, and "
+          "while one of two is dark")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option("--meshes", options.scoring.meshes,
+                  "Write driven and true meshes of each frame below this folder, to be watched side by side")
+      ->type_name("DIR")
+      ->needs(avatar)
+      ->group(kGroup);
+  command.add_flag("--check", options.check, "Exit status 1 where a goal of the table is missed")
+      ->needs(avatar)
+      ->group(kGroup);
+}
+
+absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
+  FrameRange range = {0, SIZE_MAX};
+  const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  if (text.empty() || text == "0") return range;
+  if (parts.size() == 1 && absl::SimpleAtoi(text, &range.end)) return range;
+  const bool fits = parts.size() == 2 && (parts[0].empty() || absl::SimpleAtoi(parts[0], &range.first)) &&
+                    (parts[1].empty() || absl::SimpleAtoi(parts[1], &range.end)) && range.first < range.end;
+  if (fits) return range;
+  return absl::InvalidArgumentError(
+      absl::StrCat("--frames ", text,
+                   ": expected A:B, positions of the first frame and of the first one after "
+                   "the range, or the number of frames from the first on"));
+}
+
+absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
+  AvatarScoring scoring = options.scoring;
+  const absl::StatusOr<FrameRange> frames = ParseScoredFrames(options.frames);
+  if (!frames.ok()) return frames.status();
+  scoring.frames = *frames;
+  const StopOnSignal signals;  // before the first thread
+  absl::StatusOr<v1::AvatarEvaluation> evaluation;
+  {
+    Progress progress("drive", 1, ProgressVisible(quiet));
+    evaluation = ScoreAvatar(
+        scoring, [&progress](size_t done, size_t all) { progress.Set(done, all); }, signals.token());
+  }
+  if (!evaluation.ok()) return evaluation.status();
+  if (!options.out.empty()) {
+    const std::string path = (std::filesystem::path(options.out) / "avatar-evaluation.json").string();
+    absl::Status status = CreateFolders(options.out);
+    if (status.ok()) status = WriteJsonFile(path, *evaluation);
+    if (!status.ok()) return status;
+  }
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(*evaluation); !status.ok()) return status;
+  } else {
+    std::fputs(AvatarEvaluationText(*evaluation).c_str(), stdout);
+  }
+  return options.check ? GoalsStatus(*evaluation) : absl::OkStatus();
+}
+
+}  // namespace weft

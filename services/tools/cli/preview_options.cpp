@@ -1,0 +1,69 @@
+#include "services/tools/cli/preview_options.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/ground/process/exit_status.h"
+#include "services/tools/cli/command_line.h"
+
+namespace weft {
+
+void AddPreviewOptions(CLI::App& command, PreviewCommandOptions& options) {
+  CLI::Option* preview =
+      command
+          .add_option(
+              "--preview", options.folder,
+              "Write a page there, index.html, that shows what the cameras see and loads itself again: "
+              "pictures, exposure, focus, with --board also cells that are read and coverage")
+          ->type_name("DIR");
+  CLI::Option* board =
+      command.add_option("--board", options.board, "board.json or board.png of the cloth, for the preview")
+          ->type_name("BOARD")
+          ->needs(preview);
+  command
+      .add_option("--template", options.garment,
+                  "The garment, for a coverage of its cells alone, painted on its shape")
+      ->type_name("DIR")
+      ->needs(board);
+  command.add_option("--preview-interval", options.interval_s, "Seconds between pages, at least")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->needs(preview);
+  command
+      .add_option("--decoded-views", options.decoded_views, "Cameras that are decoded for a page, in turn")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000))
+      ->needs(board);
+}
+
+absl::StatusOr<std::unique_ptr<LivePreview>> StartPreview(const PreviewCommandOptions& options,
+                                                          const std::string& take) {
+  if (options.folder.empty()) return nullptr;
+  LivePreviewOptions preview;
+  preview.folder = options.folder;
+  preview.title = std::filesystem::path(take).filename().string();
+  preview.interval_s = options.interval_s;
+  preview.decoded_views = options.decoded_views;
+  if (!options.board.empty()) {
+    absl::StatusOr<Board> board = ReadBoard(options.board);
+    if (!board.ok()) return board.status();
+    preview.board = *std::move(board);
+  }
+  if (!options.garment.empty()) {
+    std::vector<std::string> notes;
+    absl::StatusOr<Template> garment = ReadTemplateFor(*preview.board, options.garment, &notes);
+    if (!garment.ok()) return garment.status();
+    for (const std::string& note : notes) PrintWarning(note);
+    preview.garment = *std::move(garment);
+  }
+  return LivePreview::Start(preview);
+}
+
+void WarnOfPreview(const absl::Status& status) {
+  if (!status.ok()) PrintWarning(absl::StrCat("the preview: ", status.message()));
+}
+
+}  // namespace weft

@@ -1,0 +1,124 @@
+#include "services/tools/cli/template_sources.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/open_dump.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/cloud_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/ground/process/exit_status.h"
+#include "services/tools/cli/command_line.h"
+#include "services/tools/cli/progress.h"
+#include "services/work/pipeline/frame_cloud.h"
+
+namespace weft {
+namespace {
+
+// `count` of the positions in `range`, from the first to the last.
+std::vector<size_t> SpreadOver(const FrameRange& range, size_t count) {
+  std::vector<size_t> positions;
+  const size_t frames = range.end - range.first;
+  count = std::min(count, frames);
+  for (size_t i = 0; i < count; ++i)
+    positions.push_back(range.first + (count == 1 ? 0 : i * (frames - 1) / (count - 1)));
+  return positions;
+}
+
+absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& camera_sigma_px,
+                                 const BoardIndex& board, const FrameSource& dump, size_t index,
+                                 const PipelineOptions& options, const FrameProgress& progress,
+                                 const std::stop_token& stop) {
+  const DecodedFrame decoded = DecodeFrame({rig, board, dump, index}, options.decode, 0, progress, stop);
+  if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
+  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views, options.cloud);
+  if (!cloud.ok() || !cloud->points.empty()) return cloud;
+  return absl::FailedPreconditionError(
+      NoCloudReason(decoded.views, decoded.reports, options.cloud.triangulation.consensus.min_views));
+}
+
+// Adds the clouds of the dump's frames to `sources`.
+absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files, const Board& board,
+                     const PipelineOptions& options, bool quiet, const std::stop_token& stop,
+                     TemplateSources& sources) {
+  if (files.rig.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder, ": is a folder, and a dump needs its cameras: give --rig rig.json"));
+  }
+  const absl::StatusOr<Rig> rig = ReadRig(files.rig);
+  if (!rig.ok()) return rig.status();
+  const absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(files.rig);
+  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
+  const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig, files.mosaic);
+  if (!dump.ok()) return dump.status();
+  for (const std::string& warning : (*dump)->warnings()) PrintWarning(warning);
+  const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
+  if (!index.ok()) {
+    return absl::Status(index.status().code(), absl::StrCat(files.board, ": ", index.status().message()));
+  }
+  const absl::StatusOr<FrameRange> range = FindFrameRange(files.frames, (*dump)->frame_names(), folder);
+  if (!range.ok()) return range.status();
+  const std::vector<size_t> frames = SpreadOver(*range, static_cast<size_t>(files.samples));
+  constexpr uint64_t kSteps = 1000;  // of each frame
+  Progress progress("decode", kSteps * frames.size(), ProgressVisible(quiet), ProgressUnit::kPercent);
+  absl::Status last = absl::OkStatus();
+  size_t found = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const auto advance = [&](double share) {
+      progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
+    };
+    absl::StatusOr<Cloud> cloud =
+        FrameCloud(*rig, *camera_sigma_px, *index, **dump, frames[i], options, advance, stop);
+    if (absl::IsCancelled(cloud.status())) return cloud.status();
+    const std::string& name = (*dump)->frame_names()[frames[i]];
+    last = cloud.status();
+    if (!cloud.ok()) {
+      progress.PrintLine(absl::StrCat("frame ", name, " is left out: ", cloud.status().message()));
+      continue;
+    }
+    if (absl::Status status = CreateFolders(files.clouds_out); !status.ok()) return status;
+    const std::string path = (std::filesystem::path(files.clouds_out) / (name + ".ply")).string();
+    if (absl::Status status = WriteCloud(path, *cloud); !status.ok()) return status;
+    sources.clouds.push_back(*std::move(cloud));
+    sources.cloud_names.push_back(path);
+    ++found;
+  }
+  if (found > 0) return absl::OkStatus();
+  return absl::Status(last.code(),
+                      absl::StrCat(folder, ": no frame has a cloud; the last one: ", last.message()));
+}
+
+}  // namespace
+
+absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& files, const Board& board,
+                                                    const PipelineOptions& options, bool quiet,
+                                                    const std::stop_token& stop) {
+  TemplateSources sources;
+  if (!files.panels.empty()) {
+    absl::StatusOr<std::vector<uint8_t>> labels = ReadPanelMask(files.panels, board.rows, board.cols);
+    if (!labels.ok()) return labels.status();
+    sources.panel_labels = *std::move(labels);
+  } else {
+    sources.panel_labels = board.panels;
+  }
+  for (const std::string& path : files.sources) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+      if (absl::Status status = AddDump(path, files, board, options, quiet, stop, sources); !status.ok())
+        return status;
+      continue;
+    }
+    absl::StatusOr<Cloud> cloud = ReadCloud(path);
+    if (!cloud.ok()) return cloud.status();
+    sources.clouds.push_back(*std::move(cloud));
+    sources.cloud_names.push_back(path);
+  }
+  return sources;
+}
+
+}  // namespace weft

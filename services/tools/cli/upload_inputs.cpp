@@ -1,0 +1,88 @@
+#include "services/tools/cli/upload_inputs.h"
+
+#include <filesystem>
+#include <optional>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "services/server/rpc/operation_kinds.h"
+#include "services/studio/recording/session_file.h"
+#include "services/tools/cli/progress.h"
+#include "services/tools/client/library_client.h"
+#include "services/work/items/item_files.h"
+#include "services/work/items/item_words.h"
+#include "services/work/pipeline/output_folder.h"
+
+namespace weft {
+namespace {
+
+// A bar that appears with the first bytes.
+class ByteProgress {
+ public:
+  ByteProgress(std::string label, bool quiet) : label_(std::move(label)), visible_(ProgressVisible(quiet)) {}
+  void Show(uint64_t done, uint64_t total) {
+    if (!bar_) bar_.emplace(label_, total, visible_, ProgressUnit::kPercent);
+    bar_->Set(done, total);
+  }
+
+ private:
+  const std::string label_;
+  const bool visible_;
+  std::optional<Progress> bar_;
+};
+
+}  // namespace
+
+bool IsOfDaemon(const std::string& path) {
+  return absl::StartsWith(path, kTakePrefix) || absl::StartsWith(path, kLibraryPrefix);
+}
+
+std::string NameAtDaemon(const std::string& input) {
+  if (input.empty() || IsOfDaemon(input) || absl::StartsWith(input, kJobPrefix)) return input;
+  return std::filesystem::absolute(input).lexically_normal().string();
+}
+
+absl::StatusOr<v1::LibraryItem> UploadInput(const RegistrationClient& connection, const LocalInput& input,
+                                            bool quiet) {
+  const std::string kind = ItemKindWord(input.kind);
+  absl::StatusOr<LocalItem> files;
+  {
+    ByteProgress bar("read " + kind, quiet);
+    files = ListLocalItem(input.kind, input.path,
+                          [&bar](uint64_t done, uint64_t total) { bar.Show(done, total); });
+  }
+  if (!files.ok()) return files.status();
+  ByteProgress bar("upload " + kind, quiet);
+  return LibraryClient(connection)
+      .Upload(input.kind, input.name.empty() ? ItemNameOfPath(input.path) : input.name, *files,
+              [&bar](uint64_t done, uint64_t total) { bar.Show(done, total); });
+}
+
+absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1::RegistrationSpec spec,
+                                                  bool quiet) {
+  if (server.empty()) {
+    return absl::InvalidArgumentError(
+        "--upload sends the inputs to a daemon, so it needs --server HOST:PORT");
+  }
+  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
+  const auto connection = RegistrationClient::Connect(server);
+  if (!connection.ok()) return connection.status();
+  const struct {
+    v1::ItemKind kind;
+    std::string* path;
+  } inputs[] = {
+      {v1::ITEM_KIND_RIG, spec.mutable_rig()},
+      {v1::ITEM_KIND_BOARD, spec.mutable_board()},
+      {v1::ITEM_KIND_TEMPLATE, spec.mutable_garment()},
+      {v1::ITEM_KIND_AVATAR, spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr},
+      {v1::ITEM_KIND_DUMP, spec.mutable_dump()}};
+  for (const auto& [kind, path] : inputs) {
+    if (path == nullptr || IsOfDaemon(*path)) continue;
+    const absl::StatusOr<v1::LibraryItem> item = UploadInput(**connection, {kind, *path, ""}, quiet);
+    if (!item.ok()) return item.status();
+    *path = absl::StrCat(kLibraryPrefix, "sha256:", item->id());
+  }
+  return spec;
+}
+
+}  // namespace weft

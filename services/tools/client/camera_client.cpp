@@ -1,0 +1,29 @@
+#include "services/tools/client/camera_client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+
+#include "services/tools/client/daemon_call.h"
+
+namespace weft {
+
+absl::StatusOr<v1::CameraList> CameraClient::List() {
+  return CallDaemon<v1::CameraList>(connection_, [&](grpc::ClientContext* context, v1::CameraList* list) {
+    return stub_->ListCameras(context, {}, list);
+  });
+}
+
+absl::StatusOr<std::vector<v1::CameraLook>> CameraClient::Look(const v1::LookAtCamerasRequest& request) {
+  grpc::ClientContext context;
+  constexpr std::chrono::minutes kPatience{3};  // cameras may take long to open
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  std::vector<v1::CameraLook> looks;
+  const auto stream = stub_->LookAtCameras(&context, request);
+  for (v1::CameraLook look; stream->Read(&look);) looks.push_back(look);
+  const grpc::Status status = stream->Finish();
+  if (!status.ok()) return connection_.Explain(status);
+  return looks;
+}
+
+}  // namespace weft

@@ -1,0 +1,85 @@
+// What every call of a daemon shares: patience, repetition, words.
+#pragma once
+
+#include <grpcpp/client_context.h>
+
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include "absl/status/statusor.h"
+#include "services/tools/client/registration_client.h"
+
+namespace weft {
+
+// Between a call that found no daemon and the next one: 0.3, 1, 3 seconds, then no more.
+class Pauses {
+ public:
+  // Waits; false where it is time to give up.
+  bool Next() {
+    if (next_ > kLast) return false;
+    std::this_thread::sleep_for(next_);
+    next_ = next_ * 10 / 3;
+    return true;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kLast{4000};
+  std::chrono::milliseconds next_{300};
+};
+
+// How long to wait before a call that a busy daemon refused is made again; none: it does not say when.
+// Clients that were refused together come again apart.
+std::optional<std::chrono::milliseconds> PauseAfter(const grpc::Status& status);
+
+// Makes `call()` again while a busy daemon says when to, for `patience` in all. Any call may be: one that was
+// refused did nothing.
+template <typename Call>
+grpc::Status CallWhenAdmitted(Call call, std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  const auto give_up = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    const grpc::Status status = call();
+    const auto pause = PauseAfter(status);
+    if (!pause || std::chrono::steady_clock::now() + *pause > give_up) return status;
+    std::this_thread::sleep_for(*pause);
+  }
+}
+
+// Calls `call(context, &answer)`, and again while no daemon answers: only for calls that may be made twice.
+// Errors of RegistrationClient.
+template <typename Answer, typename Call>
+absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Call call,
+                                  std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  for (Pauses pauses;;) {
+    Answer answer;
+    const grpc::Status status = CallWhenAdmitted([&] {
+      grpc::ClientContext context;
+      context.set_deadline(std::chrono::system_clock::now() + patience);
+      return call(&context, &answer);
+    });
+    if (status.ok()) return answer;
+    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || !pauses.Next())
+      return connection.Explain(status);
+  }
+}
+
+// The pages of a list as one answer: the first `most` entries, or all where it is 0. `count` tells how many
+// an answer has. Errors of CallDaemon.
+template <typename Answer, typename Request, typename Call, typename Count>
+absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Request request, int most,
+                                    Call call, Count count) {
+  Answer all;
+  while (true) {
+    request.set_limit(most == 0 ? 0 : most - count(all));
+    const absl::StatusOr<Answer> page = CallDaemon<Answer>(
+        connection,
+        [&](grpc::ClientContext* context, Answer* answer) { return call(context, request, answer); });
+    if (!page.ok()) return page.status();
+    all.MergeFrom(*page);
+    all.set_next_page_token(page->next_page_token());
+    if (page->next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
+    request.set_page_token(page->next_page_token());
+  }
+}
+
+}  // namespace weft

@@ -1,0 +1,164 @@
+#include "services/tools/client/registration_client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "services/server/rpc/error_detail.h"
+#include "services/server/rpc/grpc_status.h"
+#include "services/server/rpc/retry_after.h"
+#include "services/tools/client/channel.h"
+#include "services/tools/client/connection_fault.h"
+#include "services/tools/client/daemon_call.h"
+#include "services/tools/client/file_transfer.h"
+#include "weft/v1/server.grpc.pb.h"
+
+namespace weft {
+
+absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
+    const std::string& server, std::chrono::milliseconds patience) {
+  const auto opened = OpenChannel(server, ClientIdentity::FromEnvironment());
+  if (!opened.ok()) return opened.status();
+  const std::shared_ptr<grpc::Channel>& channel = *opened;
+  std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);
+  });
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("what answers at ", server, " is not weftd; check host and port"));
+  }
+  if (!status.ok()) return client->Explain(status);
+  return client;
+}
+
+absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
+  const bool silent = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+                      status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+  if (!silent) return FromGrpcStatus(status);
+  // What the daemon itself says when it is busy, or asked to stop.
+  if (RetryAfter(status.error_message()) || absl::StrContains(status.error_message(), "shutting down") ||
+      DetailOf(FromGrpcStatus(status)))
+    return FromGrpcStatus(status);
+  if (const std::string fault = FindConnectionFault(server_, ClientIdentity::FromEnvironment());
+      !fault.empty())
+    return absl::FailedPreconditionError(
+        absl::StrCat("no call reaches the daemon at ", server_, ": ", fault));
+  return absl::UnavailableError(absl::StrCat("no daemon answers at ", server_, ": ", status.error_message(),
+                                             "; start it with `weftd --listen ", server_,
+                                             " --state DIR --allow-path DIR`"));
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& request) {
+  const std::chrono::minutes patience(10);
+  if (!request.idempotency_key().empty()) {
+    return CallDaemon<v1::Job>(
+        *this,
+        [&](grpc::ClientContext* context, v1::Job* job) { return stub_->SubmitJob(context, request, job); },
+        patience);
+  }
+  v1::Job job;
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return stub_->SubmitJob(&context, request, &job);
+  });
+  if (!status.ok()) return Explain(status);
+  return job;
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
+  v1::GetJobRequest request;
+  request.set_job_id(job_id);
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->GetJob(context, request, job);
+  });
+}
+
+absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
+  constexpr int kUsual = 100;  // as the daemon's
+  const auto response = CallForPages<v1::ListJobsResponse>(
+      *this, v1::ListJobsRequest(), limit == 0 ? kUsual : limit,
+      [&](grpc::ClientContext* context, const v1::ListJobsRequest& request, v1::ListJobsResponse* answer) {
+        return stub_->ListJobs(context, request, answer);
+      },
+      [](const v1::ListJobsResponse& answer) { return answer.jobs_size(); });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::Job>(response->jobs().begin(), response->jobs().end());
+}
+
+absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
+  v1::ListFramesRequest request;
+  request.set_job_id(job_id);
+  const auto response = CallForPages<v1::ListFramesResponse>(
+      *this, request, 0,
+      [&](grpc::ClientContext* context, const v1::ListFramesRequest& asked, v1::ListFramesResponse* answer) {
+        return stub_->ListFrames(context, asked, answer);
+      },
+      [](const v1::ListFramesResponse& answer) { return answer.frames_size(); });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::FrameInfo>(response->frames().begin(), response->frames().end());
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
+  v1::CancelJobRequest request;
+  request.set_job_id(job_id);
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->CancelJob(context, request, job);
+  });
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
+  v1::RetryJobRequest request;
+  request.set_job_id(job_id);
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->RetryJob(context, request, job);
+  });
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
+                                                  const std::function<void(const v1::JobUpdate&)>& update,
+                                                  std::stop_token stop) {
+  v1::WatchJobRequest request;
+  request.set_job_id(job_id);
+  v1::Job last;
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+    const auto stream = stub_->WatchJob(&context, request);
+    v1::JobUpdate message;
+    while (stream->Read(&message)) {
+      last = message.job();
+      if (update) update(message);
+    }
+    return stream->Finish();
+  });
+  if (status.ok()) return last;
+  if (stop.stop_requested()) {
+    return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " continues at ", server_));
+  }
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE && !last.id().empty()) {
+    return absl::UnavailableError(
+        absl::StrCat("the daemon at ", server_, " went away (", status.error_message(), "); job ", job_id,
+                     " continues when it is started again: `weft job watch ", job_id, "`"));
+  }
+  return Explain(status);
+}
+
+absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
+                                       v1::ResultKind kind, const std::string& path) {
+  v1::FetchResultRequest request;
+  request.set_job_id(job_id);
+  request.set_frame(frame);
+  request.set_kind(kind);
+  const OpenTransfer open = [&](grpc::ClientContext* context, int64_t offset, const std::string& version) {
+    request.set_offset(offset);
+    request.set_version(version);
+    return stub_->FetchResult(context, request);
+  };
+  return ReceiveFile(*this, open, path);
+}
+
+}  // namespace weft

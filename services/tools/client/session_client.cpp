@@ -1,0 +1,65 @@
+#include "services/tools/client/session_client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "services/tools/client/daemon_call.h"
+
+namespace weft {
+
+absl::StatusOr<v1::CaptureSession> SessionClient::Open(const v1::OpenSessionRequest& request) {
+  return CallDaemon<v1::CaptureSession>(connection_,
+                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
+                                          return stub_->OpenSession(context, request, session);
+                                        });
+}
+
+absl::StatusOr<v1::CaptureSession> SessionClient::Renew(const std::string& lease) {
+  v1::RenewSessionRequest request;
+  request.set_lease(lease);
+  return CallDaemon<v1::CaptureSession>(connection_,
+                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
+                                          return stub_->RenewSession(context, request, session);
+                                        });
+}
+
+absl::StatusOr<v1::CaptureSession> SessionClient::Close(const std::string& lease) {
+  v1::CloseSessionRequest request;
+  request.set_lease(lease);
+  return CallDaemon<v1::CaptureSession>(connection_,
+                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
+                                          return stub_->CloseSession(context, request, session);
+                                        });
+}
+
+absl::StatusOr<v1::ListSessionsResponse> SessionClient::List(int limit) {
+  return CallForPages<v1::ListSessionsResponse>(
+      connection_, v1::ListSessionsRequest(), limit,
+      [&](grpc::ClientContext* context, const v1::ListSessionsRequest& request,
+          v1::ListSessionsResponse* response) { return stub_->ListSessions(context, request, response); },
+      [](const v1::ListSessionsResponse& response) { return response.sessions_size(); });
+}
+
+absl::Status SessionClient::Hold(const v1::CaptureSession& session, const std::string& lease,
+                                 const std::stop_token& stop) {
+  using Clock = std::chrono::steady_clock;
+  const std::chrono::duration<double> lease_time(session.lease_s());
+  std::mutex mutex;
+  std::condition_variable_any asked;
+  std::unique_lock lock(mutex);
+  for (Clock::time_point renewed = Clock::now();;) {
+    asked.wait_for(lock, stop, lease_time / 3, [] { return false; });
+    if (stop.stop_requested()) return absl::OkStatus();
+    const absl::Status status = Renew(lease).status();
+    if (status.ok()) {
+      renewed = Clock::now();
+    } else if (!absl::IsUnavailable(status) || Clock::now() - renewed > lease_time) {
+      return status;
+    }
+  }
+}
+
+}  // namespace weft

@@ -1,0 +1,113 @@
+#include "services/work/animation/train_avatar.h"
+
+#include <array>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/work/animation/net_samples.h"
+#include "services/work/animation/training_folder.h"
+#include "services/work/animation/training_takes.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+// All that decides what the samples and the net become; hours do not.
+std::string RecipeOf(const v1::Avatar& about, const Template& garment, const AvatarRequest& request) {
+  const SparseViewTraining& training = request.training;
+  std::string out =
+      absl::StrCat("weft ", WEFT_VERSION, "\ntemplate ", garment.ContentHash(), "\ncomponents ",
+                   training.components, "\nmax_frames ", training.max_frames, "\nseed ", training.seed,
+                   "\nsteps ", request.net->steps, "\nthreads ", request.net->threads, "\natlas ",
+                   request.net->atlas.level, " ", request.net->atlas.gutter, "\n", SourceLines(about));
+  return out;
+}
+
+using OnProgress = std::function<void(std::string_view stage, double share)>;
+
+// The net, from where an earlier run stopped.
+absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& request,
+                                   const std::string& folder, const OnProgress& on_progress,
+                                   const std::stop_token& stop, v1::AvatarNetTraining* training) {
+  const NetRequest& asked = *request.net;
+  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
+  std::error_code error;
+  if (!fs::exists(path(kSamplesFile), error)) {
+    NetSampleRequest samples;
+    samples.training = request.training;
+    samples.atlas = asked.atlas;
+    samples.seed = request.training.seed;
+    samples.out = path(kSamplesFile);
+    if (absl::Status status = MakeNetSamples(takes, samples, on_progress, stop); !status.ok()) return status;
+  }
+  if (!fs::exists(path(kTrainingFile), error)) {
+    const NetTask task{NetKind::kCorrection, path(kSamplesFile),    folder,       asked.steps,
+                       asked.hours,          request.training.seed, asked.threads};
+    if (absl::Status status = asked.trainer(task, stop); !status.ok()) return status;
+  }
+  return ReadTrainedNet(folder, asked.atlas, training);
+}
+
+std::string WhyLeftOut(const std::array<NetGain, SigmaScale::kCameras>& gains) {
+  std::string out = "the net is left out: ";
+  bool is_tried = false;
+  for (size_t k = 0; k < gains.size(); ++k) {
+    const NetGain& gain = gains[k];
+    if (gain.frames == 0) continue;
+    absl::StrAppendFormat(&out, "%s%.3f mm with it and %.3f without before %d cameras", is_tried ? ", " : "",
+                          gain.after_mm, gain.before_mm, k + 1);
+    is_tried = true;
+  }
+  absl::StrAppend(
+      &out, is_tried ? " in the mean of held-out frames; train with more motions or more steps"
+                     : "no held-out frames follow each other, so nobody knows what it is good for; hold "
+                       "out more of them");
+  return out;
+}
+
+}  // namespace
+
+absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const OnProgress& on_progress,
+                                          const std::stop_token& stop) {
+  if (absl::Status status = request.training.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckAvatarPlace(request.out); !status.ok()) return status;
+  absl::StatusOr<TrainingTakes> takes =
+      TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps);
+  if (!takes.ok()) return takes.status();
+  absl::StatusOr<v1::Avatar> about = DescribeSources(*takes);
+  if (!about.ok()) return about.status();
+  const Template& garment = takes->garment();
+  const std::string folder = TrainingFolderOf(request.out);
+  AvatarNet net;
+  if (request.net) {
+    if (absl::Status status = BeginTrainingFolder(folder, RecipeOf(*about, garment, request)); !status.ok())
+      return status;
+    absl::StatusOr<AvatarNet> trained =
+        TrainNet(*takes, request, folder, on_progress, stop, about->mutable_net()->mutable_training());
+    if (!trained.ok()) return trained.status();
+    net = *std::move(trained);
+  }
+  const TrainingFrames frames = takes->Frames();
+  absl::StatusOr<SparseViewAvatar> avatar =
+      LearnSparseView(garment, frames, request.training, on_progress, stop);
+  if (!avatar.ok()) return avatar.status();
+  avatar->net = std::move(net);
+  absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
+  if (!status.ok()) return status;
+  std::string remark;
+  if (request.net && avatar->net.empty()) remark = WhyLeftOut(avatar->net.gain);
+  if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
+  if (status = WriteAvatar(request.out, *std::move(about), *avatar); !status.ok()) return status;
+  if (request.net && !request.net->keep) {
+    std::error_code ignored;  // it has served
+    fs::remove_all(folder, ignored);
+  }
+  absl::StatusOr<AvatarFile> file = ReadAvatar(request.out);
+  if (!file.ok()) return file.status();
+  return TrainedAvatar{*std::move(file), std::move(remark)};
+}
+
+}  // namespace weft

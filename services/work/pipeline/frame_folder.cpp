@@ -1,0 +1,110 @@
+#include "services/work/pipeline/frame_folder.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "capture/file/checksum.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
+
+namespace weft {
+namespace {
+
+std::string ChecksumOf(const std::string& bytes) {
+  return absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size()));
+}
+
+const v1::ResultFile* FindListed(const v1::FrameReport& report, FrameFile file) {
+  const auto found = std::find_if(report.files().begin(), report.files().end(),
+                                  [file](const v1::ResultFile& f) { return f.name() == FileName(file); });
+  return found == report.files().end() ? nullptr : &*found;
+}
+
+void Unlist(FrameFile file, v1::FrameReport& report) {
+  auto& files = *report.mutable_files();
+  files.erase(std::remove_if(files.begin(), files.end(),
+                             [file](const v1::ResultFile& f) { return f.name() == FileName(file); }),
+              files.end());
+}
+
+}  // namespace
+
+absl::StatusOr<FrameFolder> FrameFolder::Open(const std::string& out, const std::string& frame,
+                                              ConfinedFolder::IfMissing missing) {
+  absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(out);
+  if (absl::IsNotFound(base.status()) && missing == ConfinedFolder::IfMissing::kMake) {
+    if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+    base = ConfinedFolder::Open(out);
+  }
+  if (!base.ok()) return base.status();
+  absl::StatusOr<ConfinedFolder> folder = base->Child(frame, missing);
+  if (!folder.ok()) return folder.status();
+  return FrameFolder(*std::move(folder));
+}
+
+absl::StatusOr<v1::FrameReport> FrameFolder::Report() const {
+  const absl::StatusOr<std::string> text = folder_.Read(FileName(FrameFile::kReport));
+  if (!text.ok()) return text.status();
+  v1::FrameReport report;
+  const std::string name = folder_.Named(FileName(FrameFile::kReport));
+  if (!ParseJson(*text, name, report).ok() || report.format_version() != kReportFormat) {
+    return absl::NotFoundError(absl::StrCat(path(), " holds no complete frame"));
+  }
+  return report;
+}
+
+std::string FrameFolder::Check(FrameFile file, const v1::FrameReport& report) const {
+  const char* name = FileName(file);
+  const v1::ResultFile* listed = FindListed(report, file);
+  const absl::StatusOr<std::string> bytes = folder_.Read(name);
+  if (absl::IsNotFound(bytes.status())) return listed ? absl::StrCat(name, " is missing") : "";
+  if (!bytes.ok()) return std::string(bytes.status().message());
+  if (!listed) return absl::StrCat(name, " is not of this run");
+  const bool same =
+      static_cast<int64_t>(bytes->size()) == listed->bytes() && ChecksumOf(*bytes) == listed->checksum();
+  return same ? "" : absl::StrCat(name, " is not as it was written");
+}
+
+std::string FrameFolder::CheckAll(const v1::FrameReport& report) const {
+  for (const FrameFile file : kDataFiles) {
+    if (std::string problem = Check(file, report); !problem.empty()) return problem;
+  }
+  return "";
+}
+
+absl::Status FrameFolder::Put(FrameFile file, const Writer& write, v1::FrameReport& report) const {
+  if (absl::Status status = write(PathOf(file)); !status.ok()) return InWords(status);
+  return List(file, report);
+}
+
+absl::Status FrameFolder::Drop(FrameFile file, v1::FrameReport& report) const {
+  Unlist(file, report);
+  return folder_.Remove(FileName(file));
+}
+
+absl::Status FrameFolder::Clear() const {
+  absl::Status status = folder_.Remove(FileName(FrameFile::kReport));
+  for (const FrameFile file : kDataFiles) status.Update(folder_.Remove(FileName(file)));
+  return status;
+}
+
+absl::Status FrameFolder::Commit(v1::FrameReport report) const {
+  report.set_format_version(kReportFormat);
+  return InWords(WriteJsonFile(PathOf(FrameFile::kReport), report));
+}
+
+absl::Status FrameFolder::List(FrameFile file, v1::FrameReport& report) const {
+  Unlist(file, report);
+  const absl::StatusOr<std::string> bytes = folder_.Read(FileName(file));
+  if (!bytes.ok()) return bytes.status();
+  v1::ResultFile& entry = *report.add_files();
+  entry.set_name(FileName(file));
+  entry.set_bytes(static_cast<int64_t>(bytes->size()));
+  entry.set_checksum(ChecksumOf(*bytes));
+  return absl::OkStatus();
+}
+
+bool Lists(const v1::FrameReport& report, FrameFile file) { return FindListed(report, file) != nullptr; }
+
+}  // namespace weft

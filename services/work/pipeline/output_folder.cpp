@@ -1,0 +1,62 @@
+#include "services/work/pipeline/output_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/formats/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path Resolved(const std::string& path) {
+  std::error_code error;
+  fs::path resolved = fs::weakly_canonical(path, error);
+  if (error) resolved = fs::path(path).lexically_normal();
+  return resolved.has_filename() ? resolved : resolved.parent_path();
+}
+
+bool LiesIn(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
+}
+
+}  // namespace
+
+absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
+  const fs::path out = Resolved(spec.out());
+  const std::pair<const char*, const std::string*> inputs[] = {{"the take", &spec.dump()},
+                                                               {"the template", &spec.garment()},
+                                                               {"the rig", &spec.rig()},
+                                                               {"the board", &spec.board()},
+                                                               {"the scans", &spec.options().scans()},
+                                                               {"the starts", &spec.options().starts()},
+                                                               {"the avatar", &spec.driving().avatar()}};
+  for (const auto& [what, input] : inputs) {
+    if (input->empty()) continue;
+    const fs::path read = Resolved(*input);
+    std::error_code error;
+    if (fs::is_directory(*input, error) && LiesIn(out, read)) {
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ", what,
+                                                     ", ", *input,
+                                                     ", which is only read; choose a folder outside of it"));
+    }
+    if (LiesIn(read, out)) {
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " contains ", what, ", ", *input,
+                                                     ", which is only read; choose another folder"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> MakeOutputFolder(const std::string& out) {
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  std::error_code error;
+  const fs::path canonical = fs::canonical(out, error);
+  if (error) return absl::NotFoundError(absl::StrCat(out, ": no such folder (", error.message(), ")"));
+  return canonical.string();
+}
+
+}  // namespace weft

@@ -1,0 +1,144 @@
+#include "services/work/pipeline/registration_inputs.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/open_dump.h"
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/garment_parts_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/files/template_file.h"
+#include "services/formats/options/presets.h"
+#include "services/formats/pcd/pcd_file.h"
+#include "services/formats/pcd/pcl_program.h"
+#include "services/work/pipeline/frame_extras.h"
+#include "services/work/pipeline/frame_files.h"
+#include "services/work/pipeline/frame_inputs.h"
+
+namespace weft {
+namespace {
+
+absl::Status CheckFields(const v1::RegistrationSpec& spec) {
+  const std::pair<const char*, const std::string*> fields[] = {{"dump", &spec.dump()},
+                                                               {"rig", &spec.rig()},
+                                                               {"board", &spec.board()},
+                                                               {"out", &spec.out()},
+                                                               {"garment", &spec.garment()}};
+  for (const auto& [name, value] : fields) {
+    if (value->empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("the field ", name, " of the registration is empty"));
+    }
+    if (value->find('\0') != std::string::npos) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the field ", name, " of the registration holds a zero byte"));
+    }
+  }
+  return EffectiveOptions(spec.options()).status();
+}
+
+absl::Status CheckHash(const char* what, const std::string& path, const std::string& expected,
+                       const std::string& found) {
+  if (expected.empty() || expected == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(path, ": the ", what, " has hash ", found,
+                                                    ", but the job was made with hash ", expected,
+                                                    "; it changed since, so submit the job again"));
+}
+
+// PCD that is asked for, or among the scans, needs PCL: said now, not after the first frame was decoded.
+absl::Status CheckPcd(const v1::RegistrationOptions& options, const std::vector<std::string>& frames) {
+  const std::string& format = options.cloud_format();
+  if (!format.empty() && format != "ply" && !WantsPcd(options)) {
+    return absl::InvalidArgumentError(absl::StrCat("cloud_format: \"", format, "\" is neither ply nor pcd"));
+  }
+  const bool reads = std::any_of(frames.begin(), frames.end(), [&options](const std::string& frame) {
+    return IsPcdName(ScanPath(frame, options.scans()));
+  });
+  return reads || WantsPcd(options) ? CheckPclProgram() : absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::InputHashes& hashes) {
+  absl::Status status = CheckHash("rig", spec.rig(), spec.expected().rig(), hashes.rig());
+  status.Update(CheckHash("board", spec.board(), spec.expected().board(), hashes.board()));
+  status.Update(CheckHash("template", spec.garment(), spec.expected().garment(), hashes.garment()));
+  return status;
+}
+
+absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
+  if (absl::Status status = CheckFields(spec); !status.ok()) return status;
+  absl::StatusOr<Rig> rig = ReadRig(spec.rig());
+  if (!rig.ok()) return rig.status();
+  absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(spec.rig());
+  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
+  const absl::StatusOr<Board> board = ReadBoard(spec.board());
+  if (!board.ok()) return board.status();
+  std::vector<std::string> warnings;
+  absl::StatusOr<Template> garment = ReadTemplateFor(*board, spec.garment(), &warnings);
+  if (!garment.ok()) return garment.status();
+  absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
+  if (!parts.ok()) return parts.status();
+  parts->board_rows = board->rows, parts->board_cols = board->cols;
+  MeshTexture texture = TextureOf(*garment, *parts);
+  v1::InputHashes hashes;
+  hashes.set_rig(rig->ContentHash());
+  hashes.set_board(board->ContentHash());
+  hashes.set_garment(garment->ContentHash());
+  if (absl::Status status = CheckExpectedHashes(spec, hashes); !status.ok()) return status;
+
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
+  if (!dump.ok()) return dump.status();
+  if (absl::Status status = CheckPcd(spec.options(), (*dump)->frame_names()); !status.ok()) return status;
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  if (!index.ok()) {
+    return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
+  }
+  auto model = std::make_unique<AlignmentModel>(*garment);
+  std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
+  warnings.insert(warnings.end(), (*dump)->warnings().begin(), (*dump)->warnings().end());
+  return std::make_unique<RegistrationInputs>(
+      RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
+                         *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),
+                         *std::move(camera_sigma_px), std::move(texture)});
+}
+
+absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
+                                                  const std::vector<std::string>& frame_names) {
+  std::vector<size_t> range;
+  if (!spec.frames().empty()) {
+    if (spec.first_frame() != 0 || spec.end_frame() != 0) {
+      return absl::InvalidArgumentError(
+          "frames: named twice, by `frames` and by `first_frame` and `end_frame`; give one of them");
+    }
+    const absl::StatusOr<FrameRange> named = FindFrameRange(spec.frames(), frame_names, spec.dump());
+    if (!named.ok()) return named.status();
+    for (size_t i = named->first; i < named->end; ++i) range.push_back(i);
+    return range;
+  }
+  const auto count = static_cast<int64_t>(frame_names.size());
+  const int64_t first = spec.first_frame();
+  const int64_t end = spec.end_frame() == 0 ? count : spec.end_frame();
+  if (first < 0 || end > count || first >= end) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "frames ", first, ":", end, " of ", spec.dump(), ": the dump holds ", count, " frame(s), ",
+        frame_names.front(), " to ", frame_names.back(), "; give a range A:B with 0 <= A < B <= ", count));
+  }
+  for (int64_t i = first; i < end; ++i) range.push_back(static_cast<size_t>(i));
+  return range;
+}
+
+absl::Status AddExtraWarnings(const v1::RegistrationSpec& spec, const std::vector<size_t>& frames,
+                              RegistrationInputs& inputs) {
+  const std::vector<std::string>& names = inputs.dump->frame_names();
+  std::vector<std::string> of_job;
+  for (const size_t index : frames) of_job.push_back(names[index]);
+  const absl::StatusOr<std::vector<std::string>> notes =
+      CheckExtras(spec.options(), names, of_job, spec.live_every() > 0);
+  if (!notes.ok()) return notes.status();
+  inputs.warnings.insert(inputs.warnings.end(), notes->begin(), notes->end());
+  return absl::OkStatus();
+}
+
+}  // namespace weft

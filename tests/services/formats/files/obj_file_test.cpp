@@ -1,0 +1,42 @@
+#include "services/formats/files/obj_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(MeshFromObj, ReadsVerticesAndFacesWhateverElseIsSaid) {
+  const auto mesh = MeshFromObj(
+      "mtllib a.mtl\ng front\nv 0 0 0\nv 1.5 0 0\nv 0 1 -2\nvt 0 0\nvn 0 0 1\n"
+      "vw 0 1e46 0.5\nt crease 1/0/1 1 2 0.5\nf 1/1/1 2/1/1 3/1/1\nf -1//1 -2//1 -3//1\n",
+      "shirt.obj");
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_THAT(mesh->vertices_mm,
+              ElementsAre(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1.5, 0, 0), Eigen::Vector3d(0, 1, -2)));
+  EXPECT_THAT(mesh->faces, ElementsAre(Face{0, 1, 2}, Face{2, 1, 0}));
+}
+
+TEST(MeshFromObj, ReadsTheLineEndsOfAllSystems) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    const auto mesh =
+        MeshFromObj("v 0 0 0" + end + "v 1 0 0" + end + "v 0 1 0" + end + "f 1 2 3" + end, "a.obj");
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    EXPECT_EQ(mesh->faces.size(), 1u);
+  }
+}
+
+TEST(MeshFromObj, NamesTheFaceThatIsWrong) {
+  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+  EXPECT_THAT(MeshFromObj(vertices + "f 1 2 3 4\n", "a.obj").status().message(),
+              HasSubstr("face 0 has 4 corners; triangulate"));
+  EXPECT_THAT(MeshFromObj(vertices + "f 1 2 3\nf 1 2 9\n", "a.obj").status().message(),
+              HasSubstr("face 1 names vertex 9"));
+  EXPECT_THAT(MeshFromObj(vertices, "a.obj").status().message(), HasSubstr("no vertices or no faces"));
+}
+
+}  // namespace
+}  // namespace weft

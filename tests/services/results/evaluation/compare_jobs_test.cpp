@@ -1,0 +1,271 @@
+#include "services/results/evaluation/compare_jobs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <random>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_format.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/options/presets.h"
+#include "services/formats/synthetic/take_writer.h"
+#include "services/results/evaluation/comparison_report.h"
+#include "services/results/evaluation/comparison_sequence.h"
+#include "services/results/evaluation/comparison_text.h"
+#include "simulation/take_presets.h"
+#include "tests/capture/temp_folder.h"
+#include "weft/v1/comparison.pb.h"
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const ComparedMeasure* Find(const std::vector<ComparedMeasure>& measures, const std::string& name) {
+  for (const ComparedMeasure& compared : measures)
+    if (compared.measure->name == name) return &compared;
+  return nullptr;
+}
+
+// `frames` frames whose geodesic distortion and jitter are `mm` plus noise of `noise_mm`.
+JobEvaluation Evaluation(int frames, double mm, double noise_mm, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise;
+  JobEvaluation out;
+  for (int f = 0; f < frames; ++f) {
+    EvaluatedFrame frame;
+    frame.frame = absl::StrFormat("%04d", f);
+    frame.metrics.distortion_mm = mm + noise_mm * noise(random);
+    ErrorSummary jitter;
+    jitter.count = 10, jitter.mean = mm + noise_mm * noise(random);
+    frame.metrics.jitter_observed_mm = jitter;
+    out.frames.push_back(frame);
+  }
+  return out;
+}
+
+TEST(CompareMeasures, DifferencesBeyondTheirNoiseAreSignificant) {
+  const auto measures = CompareMeasures(Evaluation(40, 1.0, 0.05, 1), Evaluation(40, 1.2, 0.05, 2));
+  const ComparedMeasure* distortion = Find(measures, "geodesic_distortion_mm");
+  ASSERT_TRUE(distortion && distortion->test);
+  EXPECT_EQ(distortion->frames, 40u);
+  EXPECT_NEAR(distortion->a - distortion->b, -0.2, 0.05);
+  EXPECT_LT(distortion->p_adjusted, 0.01);
+  EXPECT_EQ(distortion->outcome, ComparisonOutcome::kABetter);
+  // Less jitter may be too much smoothing.
+  EXPECT_EQ(Find(measures, "jitter_observed_mm")->outcome, ComparisonOutcome::kALower);
+}
+
+TEST(CompareMeasures, NoiseIsNoDifference) {
+  int called_different = 0;
+  for (unsigned seed = 0; seed < 100; ++seed)
+    for (const ComparedMeasure& compared :
+         CompareMeasures(Evaluation(40, 1, 0.05, 2 * seed), Evaluation(40, 1, 0.05, 2 * seed + 1)))
+      called_different += compared.outcome != ComparisonOutcome::kNoDifference;
+  EXPECT_LE(called_different, 10);  // of 200; 5 % of the comparisons may have one
+}
+
+TEST(CompareMeasures, FewFramesAreNotTestedAndMissingOnesNotPaired) {
+  JobEvaluation a = Evaluation(3, 1, 0, 1), b = Evaluation(3, 2, 0, 1);
+  EXPECT_EQ(Find(CompareMeasures(a, b), "geodesic_distortion_mm")->outcome, ComparisonOutcome::kNotTested);
+  b.frames[1].metrics.distortion_mm.reset();
+  a.frames[1].metrics.distortion_mm = 1000;
+  const auto measures = CompareMeasures(a, b);
+  EXPECT_EQ(Find(measures, "geodesic_distortion_mm")->frames, 2u);
+  EXPECT_EQ(Find(measures, "geodesic_distortion_mm")->a, 1);
+  EXPECT_EQ(Find(measures, "coverage"), nullptr);
+}
+
+TEST(DifferencesOf, NamesPresetOptionAndRig) {
+  v1::Job a, b;
+  for (const auto& [job, preset] : {std::pair{&a, "best"}, {&b, "paper"}}) {
+    v1::RegistrationOptions asked;
+    asked.set_preset(preset);
+    const auto options = EffectiveOptions(asked);
+    ASSERT_TRUE(options.ok()) << options.status();
+    *job->mutable_spec()->mutable_options() = *options;
+    job->mutable_spec()->set_rig("rig.json");
+    job->mutable_inputs()->set_rig(std::string(preset) + "-hash");
+  }
+  const std::vector<JobDifference> differences = DifferencesOf(a, b);
+  const auto find = [&](const std::string& what) {
+    return std::find_if(differences.begin(), differences.end(),
+                        [&](const JobDifference& d) { return d.what == what; });
+  };
+  ASSERT_NE(find("preset"), differences.end());
+  EXPECT_EQ(find("preset")->b, "paper");
+  ASSERT_NE(find("rig"), differences.end());
+  EXPECT_EQ(find("rig")->a, "rig.json (best-hash)");
+  EXPECT_TRUE(std::any_of(differences.begin(), differences.end(),
+                          [](const JobDifference& d) { return d.what.find('.') != std::string::npos; }));
+  EXPECT_TRUE(DifferencesOf(a, a).empty());
+}
+
+// Two results of a tiny take: as good as the truth, and beside it by some mm along x.
+class CompareJobsTest : public testing::Test {
+ protected:
+  static constexpr int kFrames = 5;
+  static constexpr double kShift_mm = 0.5;
+
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    SyntheticTakeOptions options = *SyntheticPreset("tiny", 5);
+    options.performance.frames = kFrames;
+    auto take = SyntheticTake::Make(options);
+    ASSERT_TRUE(take.ok()) << take.status();
+    const auto take_folder = TakeFolder::Open(*folder_ / "take", "test");
+    ASSERT_TRUE(take_folder.ok()) << take_folder.status();
+    ASSERT_TRUE(WriteSyntheticTake(*take, *take_folder).ok());
+    WriteResult("true", 0, kFrames);
+    WriteResult("shifted", kShift_mm, kFrames);
+    WriteResult("short", kShift_mm, kFrames - 1);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static void WriteResult(const std::string& result, double shift_mm, int frames) {
+    for (int f = 0; f < frames; ++f) {
+      const std::string name = absl::StrFormat("%04d", f);
+      const auto truth = ReadMesh(*folder_ / ("take/truth/" + name + "/mesh.ply"));
+      ASSERT_TRUE(truth.ok()) << truth.status();
+      RegisteredMesh mesh;
+      mesh.vertices_mm = truth->vertices_mm;
+      for (Eigen::Vector3d& vertex : mesh.vertices_mm) vertex.x() += shift_mm * (1 + 0.1 * (f % 2));
+      mesh.state.assign(mesh.vertices_mm.size(), VertexState::kObserved);
+      mesh.sigma_mm.assign(mesh.vertices_mm.size(), 0.1f);
+      mesh.views.assign(mesh.vertices_mm.size(), 4);
+      std::filesystem::create_directories(*folder_ / (result + "/" + name));
+      ASSERT_TRUE(
+          WriteRegisteredMesh(*folder_ / (result + "/" + name + "/mesh.ply"), mesh, truth->faces).ok());
+    }
+  }
+
+  static ComparisonRequest Request(const std::string& a, const std::string& b) {
+    ComparisonRequest request;
+    request.a.result = *folder_ / a, request.against = *folder_ / b;
+    request.a.truth = *folder_ / "take/truth";
+    request.a.garment = request.against_garment = *folder_ / "take/template";
+    request.a.quick = true;
+    return request;
+  }
+
+  static TempFolder* folder_;
+};
+TempFolder* CompareJobsTest::folder_ = nullptr;
+
+TEST_F(CompareJobsTest, ErrorsAgainstTheTruthAndDistancesAreThoseOfTheShift) {
+  const auto comparison = CompareJobs(Request("true", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  const ComparedMeasure* error = Find(comparison->measures, "mesh_visible_mean_mm");
+  ASSERT_TRUE(error && error->test);
+  EXPECT_EQ(error->outcome, ComparisonOutcome::kABetter);
+  EXPECT_NEAR(error->b - error->a, 1.04 * kShift_mm, 1e-3);
+  ASSERT_TRUE(comparison->total.distance_mm);
+  EXPECT_NEAR(comparison->total.distance_mm->mean, 1.04 * kShift_mm, 1e-3);
+  // Of sqrt(2) 0.1 mm.
+  EXPECT_EQ(*comparison->total.beyond_sigmas_share, 1);
+  EXPECT_NEAR(comparison->maps.distance_sigmas[7], 1.04 * kShift_mm / (0.1 * std::sqrt(2)), 1e-2);
+  EXPECT_NEAR(comparison->maps.a_minus_b.error_mm[7], -1.04 * kShift_mm, 1e-3);
+  EXPECT_EQ(comparison->maps.a_minus_b.visibility[7], 0);
+  EXPECT_THAT(ComparisonTable(*comparison),
+              AllOf(HasSubstr("A is better"), HasSubstr("vertices are 0.520 mm")));
+}
+
+TEST_F(CompareJobsTest, AResultIsNotBetterThanItself) {
+  const auto comparison = CompareJobs(Request("shifted", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  for (const ComparedMeasure& compared : comparison->measures)
+    EXPECT_EQ(compared.outcome,
+              compared.frames < 4 ? ComparisonOutcome::kNotTested : ComparisonOutcome::kNoDifference)
+        << compared.measure->name;
+  EXPECT_EQ(comparison->total.distance_mm->max, 0);
+}
+
+TEST_F(CompareJobsTest, FilesHoldTheSameNumbersAndPlots) {
+  const auto comparison = CompareJobs(Request("true", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  ASSERT_TRUE(WriteComparison(*folder_ / "out", *comparison).ok());
+  v1::Comparison read;
+  ASSERT_TRUE(ReadJsonFile(*folder_ / "out/comparison.json", read).ok());
+  EXPECT_EQ(read.frames_size(), kFrames);
+  EXPECT_NEAR(read.meshes().distance_mm().mean(), comparison->total.distance_mm->mean, 1e-9);
+  for (const char* name : {"measures.csv", "frames.csv", "cameras.csv", "vertices.csv", "report.html",
+                           "plots/mesh_visible_mean_mm.svg", "plots/distance_mm.svg", "maps/distance_mm.svg",
+                           "maps/error_difference_mm.svg"})
+    EXPECT_TRUE(std::filesystem::exists(*folder_ / ("out/" + std::string(name)))) << name;
+  const auto page = ReadWholeFile(*folder_ / "out/report.html");
+  ASSERT_TRUE(page.ok());
+  EXPECT_THAT(*page, AllOf(HasSubstr("A is better"), HasSubstr("id=\"maps\""),
+                           HasSubstr("class=\"series s1\""), Not(HasSubstr("href=\"http"))));
+  const auto csv = ReadWholeFile(*folder_ / "out/measures.csv");
+  EXPECT_THAT(*csv, HasSubstr("\nmesh_visible_mean_mm,mm,5,"));
+}
+
+TEST_F(CompareJobsTest, DistancesAreSeenInThreeDimensions) {
+  const auto comparison = CompareJobs(Request("true", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  std::vector<std::string> notes;
+  EXPECT_FALSE(ComparisonSequence(*comparison, notes)) << "nothing tells the frames of the job";
+  const std::string a = *folder_ / "true";
+  ASSERT_TRUE(WriteJsonFile(a + "/job.json", v1::Job()).ok());
+  for (int frame = 0; frame < kFrames; ++frame) {
+    v1::FrameReport report;
+    report.set_state(v1::FRAME_STATE_DONE);
+    ASSERT_TRUE(WriteJsonFile(absl::StrFormat("%s/%04d/report.json", a, frame), report).ok());
+  }
+  const auto sequence = ComparisonSequence(*comparison, notes);
+  std::filesystem::remove(a + "/job.json");
+  for (int frame = 0; frame < kFrames; ++frame)
+    std::filesystem::remove(absl::StrFormat("%s/%04d/report.json", a, frame));
+  ASSERT_TRUE(sequence);
+  EXPECT_EQ(sequence->frames(), static_cast<size_t>(kFrames));
+  EXPECT_TRUE(notes.empty());
+  // The last bytes of a frame are its distances, all of them kShift_mm.
+  const std::string data = sequence->Data();
+  const size_t begin = data.find('>', data.find("sequence-frame")) + 1;
+  std::string bytes;
+  ASSERT_TRUE(absl::Base64Unescape(data.substr(begin, data.find('<', begin) - begin), &bytes));
+  const size_t kept = sequence->kept().size();
+  ASSERT_EQ(bytes.size(), 9 * kept);
+  const std::string distances = bytes.substr(8 * kept);
+  const uint8_t color = PaletteIndex(kShift_mm, {0, 0.6});  // the next round number
+  EXPECT_TRUE(distances == std::string(kept, static_cast<char>(color)));
+  const std::string page = MakeComparisonReport(*comparison, &*sequence, notes);
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("<section id=\"sequence\""), HasSubstr("<option selected data-palette=\""),
+                    HasSubstr(">distance of A and B</option>"), HasSubstr("<figure class=\"still\"")));
+}
+
+TEST_F(CompareJobsTest, FramesOfOneResultAloneAreLeftOut) {
+  // Without a truth, frames are those of the results.
+  ComparisonRequest request = Request("true", "short");
+  request.a.truth.clear();
+  const auto comparison = CompareJobs(request);
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  EXPECT_EQ(comparison->a.frames.size(), static_cast<size_t>(kFrames - 1));
+  EXPECT_EQ(comparison->b.frames.size(), static_cast<size_t>(kFrames - 1));
+  EXPECT_THAT(ComparisonTable(*comparison), HasSubstr("1 frame of one result alone"));
+}
+
+TEST_F(CompareJobsTest, ResultsOfOtherFramesAreRefused) {
+  std::filesystem::create_directories(*folder_ / "other/later");
+  std::filesystem::copy(*folder_ / "true/0000/mesh.ply", *folder_ / "other/later/mesh.ply",
+                        std::filesystem::copy_options::overwrite_existing);
+  ComparisonRequest request = Request("true", "other");
+  request.a.truth.clear();
+  const auto comparison = CompareJobs(request);
+  EXPECT_EQ(comparison.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(comparison.status().message(), AllOf(HasSubstr("other"), HasSubstr("no frame in common")));
+  request.against = *folder_ / "nowhere";
+  EXPECT_EQ(CompareJobs(request).status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,63 @@
+#include "services/server/console/request_target.h"
+
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+TEST(ParseTarget, DecodesPathAndQuery) {
+  const auto target = ParseTarget("/file/Jobs/FetchResult?path=a%2Fb+c&kind=&x=1=2#part");
+  ASSERT_TRUE(target.ok()) << target.status();
+  EXPECT_EQ(target->path, "/file/Jobs/FetchResult");
+  ASSERT_EQ(target->query.size(), 3u);
+  EXPECT_EQ(target->query[0], (std::pair<std::string, std::string>("path", "a/b c")));
+  EXPECT_EQ(target->query[1], (std::pair<std::string, std::string>("kind", "")));
+  EXPECT_EQ(target->query[2], (std::pair<std::string, std::string>("x", "1=2")));
+  EXPECT_EQ(ParseTarget("/")->path, "/");
+}
+
+TEST(ParseTarget, RefusesWhatIsNoPathOfAServer) {
+  for (const char* text : {"", "x", "/../a", "/a/./b", "/a//b", "/%2e%2e/a", "/a%00", "/%", "/%4", "/%zz",
+                           "/a%5Cb", "/a?x=%0a", "http://elsewhere/"})
+    EXPECT_FALSE(ParseTarget(text).ok()) << text;
+  EXPECT_FALSE(ParseTarget("/" + std::string(2048, 'a')).ok());
+}
+
+TEST(CookieValue, FindsTheOneOfTheNameAlone) {
+  EXPECT_EQ(CookieValue("a=1; weft_80=abc; b=2", "weft_80"), "abc");
+  EXPECT_EQ(CookieValue("weft_80=abc", "weft_8"), "");
+  EXPECT_EQ(CookieValue("xweft_80=abc", "weft_80"), "");
+  // Somebody else may have set one of the name on a wider path: none is trusted.
+  EXPECT_EQ(CookieValue("weft_80=abc; weft_80=def", "weft_80"), "");
+  EXPECT_EQ(CookieValue("", "weft_80"), "");
+}
+
+TEST(ParseRange, KnowsTheTwoFormsThatPagesUse) {
+  const auto open = ParseRange("bytes=100-");
+  ASSERT_TRUE(open);
+  EXPECT_EQ(open->first, 100);
+  EXPECT_FALSE(open->last);
+  const auto closed = ParseRange("bytes=0-0");
+  ASSERT_TRUE(closed);
+  EXPECT_EQ(closed->last, 0);
+  for (const char* text : {"", "bytes=", "bytes=-5", "bytes=5", "bytes=9-3", "bytes=1-2,4-5", "items=1-2",
+                           "bytes=+1-", "bytes=99999999999999999999-"})
+    EXPECT_FALSE(ParseRange(text)) << text;
+}
+
+TEST(ParseSocketOrder, HasANumberAMethodAndARequest) {
+  const auto order = ParseSocketOrder("7 Jobs.WatchJob\n{\"job_id\":\"a\"}");
+  ASSERT_TRUE(order.ok()) << order.status();
+  EXPECT_EQ(order->id, 7u);
+  EXPECT_EQ(order->method, "Jobs.WatchJob");
+  EXPECT_EQ(order->json, "{\"job_id\":\"a\"}");
+  const auto cancel = ParseSocketOrder("7 cancel");
+  ASSERT_TRUE(cancel.ok());
+  EXPECT_TRUE(cancel->method.empty());
+  for (const char* text :
+       {"", "7", "-1 cancel", " cancel", "x cancel", "7 ", "7 Jobs.WatchJob", "99999999999 cancel"})
+    EXPECT_FALSE(ParseSocketOrder(text).ok()) << text;
+}
+
+}  // namespace
+}  // namespace weft

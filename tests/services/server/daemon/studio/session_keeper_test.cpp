@@ -1,0 +1,183 @@
+// Leases by a clock of the test's own.
+#include "services/server/daemon/studio/session_keeper.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+
+const Caller kAnna{"token 1 (anna)", v1::ROLE_OPERATOR};
+
+class SessionKeeperTest : public ::testing::Test {
+ protected:
+  SessionKeeperTest() { Restart(); }
+
+  // The next daemon on the folder.
+  void Restart() {
+    auto keeper = SessionKeeper::Create(folder_ / "sessions", [this] { return now_; });
+    ASSERT_TRUE(keeper.ok()) << keeper.status();
+    keeper_ = *std::move(keeper);
+  }
+
+  static v1::OpenSessionRequest Request(const std::vector<std::string>& devices,
+                                        const std::string& owner = "anna") {
+    v1::OpenSessionRequest request;
+    for (const std::string& device : devices) {
+      v1::SessionCamera& camera = *request.mutable_cameras()->add_cameras();
+      camera.set_id("of-" + device);
+      camera.mutable_gige()->set_device(device);
+    }
+    request.set_owner(owner);
+    request.set_lease_s(60);
+    return request;
+  }
+
+  v1::CaptureSession Open(const v1::OpenSessionRequest& request) {
+    const absl::StatusOr<v1::CaptureSession> session = keeper_->Open(request, kAnna);
+    EXPECT_TRUE(session.ok()) << session.status();
+    return session.ok() ? *session : v1::CaptureSession();
+  }
+
+  v1::CaptureSessionState StateOf(const v1::CaptureSession& session) {
+    const absl::StatusOr<v1::CaptureSession> now = keeper_->Get(session.id());
+    EXPECT_TRUE(now.ok()) << now.status();
+    return now.ok() ? now->state() : v1::CAPTURE_SESSION_STATE_UNSPECIFIED;
+  }
+
+  const TempFolder folder_;
+  SessionKeeper::Clock::time_point now_ = SessionKeeper::Clock::now();
+  std::unique_ptr<SessionKeeper> keeper_;
+};
+
+TEST_F(SessionKeeperTest, OneOwnerAtATimeHasACamera) {
+  const v1::CaptureSession first = Open(Request({"a", "b"}));
+  const absl::Status refused = keeper_->Open(Request({"b", "c"}, "ben"), kAnna).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused));
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("camera b belongs to session " + first.id() +
+                                                        " of anna, whose lease lasts 60 s more"));
+  EXPECT_EQ(StateOf(Open(Request({"c"}, "ben"))), v1::CAPTURE_SESSION_STATE_OPEN);
+
+  // Who has the lease may; who knows the id may not.
+  EXPECT_TRUE(absl::IsPermissionDenied(keeper_->Close(first.id()).status()));
+  EXPECT_TRUE(absl::IsPermissionDenied(keeper_->Close(first.lease() + "0").status()));
+  EXPECT_TRUE(absl::IsPermissionDenied(keeper_->Renew("").status()));
+  EXPECT_EQ(keeper_->Get(first.id())->lease(), "");
+  EXPECT_EQ(keeper_->List(10)->sessions(1).lease(), "");
+  EXPECT_TRUE(keeper_->Close(first.lease()).ok());
+  EXPECT_TRUE(keeper_->Close(first.lease()).ok()) << "may be repeated";
+  EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Renew(first.lease()).status()));
+  Open(Request({"a", "b"}, "ben"));
+}
+
+TEST_F(SessionKeeperTest, ALeaseEndsWhenItsOwnerIsGone) {
+  const v1::CaptureSession session = Open(Request({"a"}));
+  for (int i = 0; i < 5; ++i) {
+    now_ += seconds(40);
+    ASSERT_TRUE(keeper_->Renew(session.lease()).ok());
+  }
+  now_ += seconds(59);
+  EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_OPEN);
+  EXPECT_TRUE(keeper_->UsersOfDevices().contains("a"));
+  now_ += seconds(1);
+  EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_EXPIRED);
+  EXPECT_TRUE(keeper_->UsersOfDevices().empty());
+  const absl::Status late = keeper_->Renew(session.lease()).status();
+  EXPECT_THAT(std::string(late.message()), HasSubstr("has expired"));
+  Restart();
+  EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_EXPIRED);
+}
+
+TEST_F(SessionKeeperTest, WhoTakesOverIsNamed) {
+  const v1::CaptureSession first = Open(Request({"a", "b"}));
+  v1::OpenSessionRequest request = Request({"b"}, "ben");
+  request.set_take_over(true);
+  Open(request);
+  EXPECT_EQ(StateOf(first), v1::CAPTURE_SESSION_STATE_TAKEN_OVER);
+  EXPECT_THAT(std::string(keeper_->Renew(first.lease()).status().message()),
+              HasSubstr("was taken over by ben"));
+}
+
+TEST_F(SessionKeeperTest, GoesOnWithTheNextDaemonAndAWholeLease) {
+  const v1::CaptureSession session = Open(Request({"a"}));
+  now_ += seconds(50);
+  Restart();
+  now_ += seconds(50);
+  EXPECT_TRUE(keeper_->Renew(session.lease()).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Open(Request({"a"}, "ben"), kAnna).status()));
+  WriteBytes(folder_ / "sessions/damaged.json", "{");
+  WriteBytes(folder_ / "sessions/copied.json", ReadBytes(folder_ / ("sessions/" + session.id() + ".json")));
+  Restart();
+  EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_OPEN);
+  const v1::ListSessionsResponse list = *keeper_->List(10);
+  EXPECT_EQ(list.sessions_size(), 1);
+  EXPECT_THAT(list.warnings(), UnorderedElementsAre(HasSubstr("damaged.json"), HasSubstr("copied.json")));
+}
+
+TEST_F(SessionKeeperTest, ARepeatedRequestGetsTheSameSession) {
+  v1::OpenSessionRequest request = Request({"a"});
+  request.set_idempotency_key("stage-2-monday");
+  const v1::CaptureSession first = Open(request);
+  EXPECT_EQ(first.id(), "stage-2-monday");
+  EXPECT_EQ(Open(request).lease(), first.lease());
+  request.set_owner("ben");
+  EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(request, kAnna).status()));
+}
+
+TEST_F(SessionKeeperTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
+  v1::OpenSessionRequest request = Request({"a"});
+  const v1::CaptureSession first = Open(request);
+  // What everybody sees of it.
+  const v1::CaptureSession seen = keeper_->List(10)->sessions(0);
+  v1::OpenSessionRequest copied;
+  *copied.mutable_cameras() = seen.cameras();
+  copied.set_owner(seen.owner());
+  copied.set_idempotency_key(seen.id());
+  for (const Caller& other :
+       {Caller{"token 2 (ben)", v1::ROLE_OPERATOR}, Caller{"user root", v1::ROLE_ADMIN}, Caller{}}) {
+    const auto refused = keeper_->Open(copied, other);
+    EXPECT_TRUE(absl::IsAlreadyExists(refused.status())) << refused.status();
+    EXPECT_EQ(std::string(refused.status().message()).find(first.lease()), std::string::npos);
+  }
+  Restart();
+  EXPECT_FALSE(keeper_->Open(copied, {"token 2 (ben)", v1::ROLE_OPERATOR}).ok());
+  EXPECT_EQ(keeper_->Open(copied, {"token 3 (anna)", v1::ROLE_OPERATOR})->lease(), first.lease());
+}
+
+TEST_F(SessionKeeperTest, ListsComeInPages) {
+  for (const char* device : {"a", "b", "c"}) Open(Request({device}));
+  const auto first = keeper_->List(2);
+  ASSERT_EQ(first->sessions_size(), 2);
+  const auto second = keeper_->List(2, first->next_page_token());
+  ASSERT_EQ(second->sessions_size(), 1);
+  EXPECT_EQ(second->next_page_token(), "");
+  EXPECT_GT(first->sessions(1).opened_unix_ns(), second->sessions(0).opened_unix_ns());
+}
+
+TEST_F(SessionKeeperTest, RefusesRequestsThatAreWrongByTheField) {
+  const auto refused = [&](const v1::OpenSessionRequest& request) {
+    const absl::Status status = keeper_->Open(request, kAnna).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+    return std::string(status.message());
+  };
+  EXPECT_THAT(refused(Request({})), HasSubstr("cameras"));
+  EXPECT_THAT(refused(Request({"a"}, "")), HasSubstr("owner"));
+  EXPECT_THAT(refused(Request({"a"}, "an\nna")), HasSubstr("owner"));
+  for (const double lease_s : {-1.0, 0.1, 1e9, std::nan("")}) {
+    v1::OpenSessionRequest request = Request({"a"});
+    request.set_lease_s(lease_s);
+    EXPECT_THAT(refused(request), HasSubstr("lease_s"));
+  }
+  v1::OpenSessionRequest request = Request({"a"});
+  request.set_idempotency_key("../../elsewhere");
+  EXPECT_THAT(refused(request), HasSubstr("idempotency_key"));
+  EXPECT_TRUE(absl::IsNotFound(keeper_->Get("unknown").status()));
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,52 @@
+#include "services/studio/preview/coverage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "services/studio/preview/coverage_picture.h"
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+
+Observation Center(int row, int col) { return {0, 0, {row, col, NodeKind::kCenter}}; }
+
+TEST(Coverage, CountsCamerasAndForgetsWhatACameraNoLongerReads) {
+  Coverage coverage(2, 3, {});
+  EXPECT_EQ(coverage.CellsOf("a"), -1);
+  for (const char* camera : {"a", "b", "c"}) coverage.Set(camera, {Center(0, 0), Center(1, 2)});
+  coverage.Set("c", {Center(0, 0), Center(0, 1), {0, 0, {1, 3, NodeKind::kCorner}}});
+  EXPECT_EQ(coverage.Views(0, 0), 3);
+  EXPECT_EQ(coverage.Views(1, 2), 2);
+  EXPECT_EQ(coverage.CellsOf("c"), 2);
+  EXPECT_THAT(coverage.Count(), ElementsAre(3, 1, 1, 1, 0));
+}
+
+TEST(Coverage, LeavesOutWhatIsNoneOfTheGarment) {
+  Coverage coverage(2, 3, {{0, 1}, {1, 1}});
+  coverage.Set("a", {Center(0, 0), Center(0, 1)});
+  EXPECT_EQ(coverage.Views(0, 0), -1);
+  EXPECT_EQ(coverage.CellsOf("a"), 1);
+  EXPECT_THAT(coverage.Count(), ElementsAre(1, 1, 0, 0, 0));
+}
+
+TEST(CoveragePicture, PaintsACellByTheNumberOfItsCameras) {
+  Coverage coverage(1, 3, {{0, 1}, {0, 2}});
+  for (const char* camera : {"a", "b", "c"}) coverage.Set(camera, {Center(0, 2)});
+  const MeshPicture picture = PaintBoard(coverage);
+  const std::vector<uint8_t> png(picture.bytes.begin(), picture.bytes.end());
+  const cv::Mat pixels = cv::imdecode(png, cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(pixels.cols, picture.width_px);
+  ASSERT_GT(pixels.cols, 300);
+  const auto at = [&](int cell) { return pixels.at<cv::Vec4b>(3, (2 * cell + 1) * pixels.cols / 6); };
+  EXPECT_EQ(at(0)[3], 0);  // transparent
+  EXPECT_EQ(at(1)[3], 255);
+  EXPECT_NEAR(at(1)[0], at(1)[2], 12);  // grey
+  EXPECT_GT(at(2)[0], at(2)[2] + 50);   // blue
+}
+
+}  // namespace
+}  // namespace weft

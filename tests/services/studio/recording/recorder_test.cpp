@@ -1,0 +1,150 @@
+#include "services/studio/recording/recorder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "capture/take/recorded_take.h"
+#include "capture/take/recover_take.h"
+#include "tests/capture/pattern_frames.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+RecorderOptions Small() {
+  RecorderOptions options;
+  options.flush_interval_ms = 5;
+  options.low_disk_bytes = 0;
+  options.take.stream.preallocate_bytes = 1 << 20;
+  return options;
+}
+
+// Every set from 0 to `offered` stands in the ledger once, as recorded or as dropped; recorded ones are
+// exact.
+void ExpectAccounted(const std::string& folder, PatternFrames& cameras, uint64_t offered) {
+  const auto take = RecordedTake::Open(folder);
+  ASSERT_TRUE(take.ok()) << take.status();
+  std::set<uint64_t> accounted, recorded;
+  for (const LedgerEntry& entry : (*take)->ledger()) {
+    if (entry.event != LedgerEvent::kRecorded && entry.event != LedgerEvent::kDropped) continue;
+    for (uint64_t set = entry.first_set; set <= entry.last_set; ++set) {
+      EXPECT_TRUE(accounted.insert(set).second) << set;
+      if (entry.event == LedgerEvent::kRecorded) recorded.insert(set);
+    }
+    EXPECT_EQ(entry.cause.empty(), entry.event == LedgerEvent::kRecorded);
+  }
+  EXPECT_EQ(accounted.size(), offered);
+  EXPECT_EQ(std::set<uint64_t>((*take)->sets().begin(), (*take)->sets().end()), recorded);
+  for (size_t i = 0; i < (*take)->sets().size(); ++i)
+    for (size_t camera = 0; camera < cameras.camera_ids().size(); ++camera) {
+      const auto frame = (*take)->ReadRaw(i, camera);
+      ASSERT_TRUE(frame.ok()) << frame.status();
+      EXPECT_TRUE(cameras.IsExact(*frame, camera, (*take)->sets()[i]));
+    }
+  EXPECT_THAT(VerifyTake(folder)->problems, IsEmpty());
+}
+
+TEST(Recorder, RecordsEverySetAndAcknowledgesThemInOrder) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b", "c"}, 64, 40);
+  std::vector<uint64_t> acknowledged;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), Small(),
+                                  [&](uint64_t set) { acknowledged.push_back(set); });
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  for (uint64_t set = 0; set < 200; ++set) EXPECT_TRUE((*recorder)->Offer(cameras.Set(set)));
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  EXPECT_EQ((*recorder)->Counters().sets_recorded, 200u);
+  EXPECT_TRUE(std::is_sorted(acknowledged.begin(), acknowledged.end()));
+  ExpectAccounted(temp / "take", cameras, 200);
+}
+
+TEST(Recorder, DropsWholeSetsWhenTheQueueIsFullAndStaysWithinIt) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b"}, 1024, 1024);
+  RecorderOptions options = Small();
+  options.queue_bytes = uint64_t{6} << 20;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok());
+  uint64_t refused = 0;
+  for (uint64_t set = 0; set < 300; ++set) refused += !(*recorder)->Offer(cameras.Set(set));
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  const RecorderCounters counters = (*recorder)->Counters();
+  EXPECT_LE(counters.queued_bytes_peak, options.queue_bytes);
+  EXPECT_EQ(counters.sets_dropped, refused);
+  EXPECT_EQ(counters.sets_recorded + counters.sets_dropped, 300u);
+  ExpectAccounted(temp / "take", cameras, 300);
+}
+
+TEST(Recorder, WaitsForTheDiskWhereTheSourceCan) {
+  const TempFolder temp;
+  PatternFrames cameras({"a"}, 1024, 1024);
+  RecorderOptions options = Small();
+  options.queue_bytes = uint64_t{2} << 20;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok());
+  for (uint64_t set = 0; set < 50; ++set) EXPECT_TRUE((*recorder)->OfferAndWait(cameras.Set(set)));
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  ExpectAccounted(temp / "take", cameras, 50);
+}
+
+TEST(Recorder, StopsAtTheLowDiskMarkAndKeepsWhatItHas) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b"}, 64, 40);
+  RecorderOptions options = Small();
+  options.low_disk_bytes = uint64_t{1} << 62;  // reached from the start
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok());
+  uint64_t set = 0;
+  while ((*recorder)->Offer(cameras.Set(set++)) && set < 1'000'000) {
+  }
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  EXPECT_THAT((*recorder)->Counters().stop_cause, HasSubstr("disk nearly full"));
+  ExpectAccounted(temp / "take", cameras, set);
+}
+
+TEST(Recorder, RefusesSetsThatDoNotAccountForEveryCamera) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b"}, 64, 40);
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), Small());
+  ASSERT_TRUE(recorder.ok());
+  EXPECT_TRUE((*recorder)->Offer(cameras.Set(0)));
+  RawFrameSet part = cameras.Set(1);
+  part.frames.pop_back();
+  EXPECT_FALSE((*recorder)->Offer(part));
+  RawFrameSet torn = cameras.Set(2);
+  torn.frames[0].height_px += 1;
+  EXPECT_FALSE((*recorder)->Offer(torn));
+  EXPECT_TRUE((*recorder)->Offer(cameras.Set(3)));
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  ExpectAccounted(temp / "take", cameras, 4);
+  std::vector<std::string> causes;
+  const auto take = RecordedTake::Open(temp / "take");
+  ASSERT_TRUE(take.ok());
+  for (const LedgerEntry& entry : (*take)->ledger())
+    if (entry.event == LedgerEvent::kDropped) causes.push_back(entry.cause);
+  EXPECT_THAT(causes, ElementsAre("refused: it accounts for camera b 0 times",
+                                  HasSubstr("refused: camera a: 2560 bytes, expected 2624")));
+}
+
+TEST(Recorder, WritesNotesAndDropsOfTheSourceToTheLedger) {
+  const TempFolder temp;
+  PatternFrames cameras({"a"}, 64, 40);
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), Small());
+  ASSERT_TRUE(recorder.ok());
+  (*recorder)->Note("a", "lost for 3 s, then found again");
+  (*recorder)->NoteDropped(0, 4, 9, "no camera delivered");
+  EXPECT_TRUE((*recorder)->Offer(cameras.Set(5)));
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  EXPECT_EQ((*recorder)->Counters().sets_dropped, 5u);
+  ExpectAccounted(temp / "take", cameras, 6);
+}
+
+}  // namespace
+}  // namespace weft

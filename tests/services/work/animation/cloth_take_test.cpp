@@ -1,0 +1,127 @@
+#include "services/work/animation/cloth_take.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/template_file.h"
+#include "tests/capture/temp_folder.h"
+#include "tests/services/work/animation/moving_take.h"
+#include "tests/services/work/animation/tube_template.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+// Sources can only be moved.
+std::vector<ClothSource> OneOf(ClothSource source) {
+  std::vector<ClothSource> out;
+  out.push_back(std::move(source));
+  return out;
+}
+
+class Sources : public testing::Test {
+ protected:
+  // A take without pictures, whose frames are as many mm off the rest along x.
+  std::string WriteTake(const std::string& name, int frames) {
+    return WriteMovingTake(folder_ / name, tube_, frames, [&](int frame) { return Moved(frame); });
+  }
+
+  std::vector<Eigen::Vector3d> Moved(double mm) const {
+    std::vector<Eigen::Vector3d> out = tube_.rest.vertices_mm;
+    for (Eigen::Vector3d& p : out) p.x() += mm;
+    return out;
+  }
+
+  // Frames with these states: 'd'one, 'f'ailed.
+  std::string WriteResults(const std::string& states) {
+    const std::string path = folder_ / "result";
+    v1::Job job;
+    job.mutable_inputs()->set_garment(tube_.ContentHash());
+    fs::create_directories(path);
+    EXPECT_TRUE(WriteJsonFile(path + "/job.json", job).ok());
+    for (size_t k = 0; k < states.size(); ++k) {
+      const std::string frame = path + "/000" + std::to_string(k);
+      fs::create_directories(frame);
+      v1::FrameReport report;
+      report.set_state(states[k] == 'd' ? v1::FRAME_STATE_DONE : v1::FRAME_STATE_FAILED);
+      EXPECT_TRUE(WriteJsonFile(frame + "/report.json", report).ok());
+      EXPECT_TRUE(WriteMesh(frame + "/mesh.ply", {Moved(static_cast<double>(k)), tube_.rest.faces}).ok());
+    }
+    return path;
+  }
+
+  const Template tube_ = TubeTemplate();
+  TempFolder folder_;
+};
+
+TEST_F(Sources, TakeWithoutPictures) {
+  auto source = OpenClothSource(WriteTake("walk", 3), 0);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_EQ(source->takes.size(), 1u);
+  ClothTake& take = source->takes[0];
+  EXPECT_EQ(take.frames(), 3);
+  EXPECT_EQ(take.fps(), 50);
+  EXPECT_EQ(take.FramesHash()->size(), 16u);
+  const auto frame = take.Read(2);
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_NEAR((frame->vertices_mm[7] - Moved(2)[7]).norm(), 0, 0.03);
+  const auto shared = TemplateOfSources(OneOf(*std::move(source)), "");
+  ASSERT_TRUE(shared.ok()) << shared.status();
+  EXPECT_EQ(shared->garment.ContentHash(), tube_.ContentHash());
+}
+
+TEST_F(Sources, ResultsAreCutWhereFramesFailed) {
+  auto source = OpenClothSource(WriteResults("ddfdd"), 24);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_EQ(source->takes.size(), 2u);
+  EXPECT_EQ(source->takes[0].frames(), 2);
+  EXPECT_EQ(source->takes[1].fps(), 24);
+  EXPECT_NEAR((source->takes[1].Read(0)->vertices_mm[0] - Moved(3)[0]).norm(), 0, 1e-4);
+  EXPECT_FALSE(source->takes[1].Read(2).ok());
+  EXPECT_THAT(std::string(TemplateOfSources(OneOf(*std::move(source)), "").status().message()),
+              HasSubstr("--template"));
+}
+
+TEST_F(Sources, OfAnotherTemplateAreRefusedWithBothNames) {
+  const std::vector<ClothSource> sources = OneOf(*OpenClothSource(WriteTake("walk", 2), 0));
+  Template other = tube_;
+  other.rest.vertices_mm[0].x() += 1;
+  ASSERT_TRUE(WriteTemplate(folder_ / "other", other).ok());
+  const absl::Status status = TemplateOfSources(sources, folder_ / "other").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()),
+              AllOf(HasSubstr("walk"), HasSubstr("other"), HasSubstr(tube_.ContentHash()),
+                    HasSubstr(other.ContentHash())));
+}
+
+TEST_F(Sources, DrivenResultsAreNotLearntFrom) {
+  const std::string path = WriteResults("dd");
+  v1::Job job;
+  job.mutable_driven()->set_avatar("shirt.avatar");
+  ASSERT_TRUE(WriteJsonFile(path + "/job.json", job).ok());
+  const absl::Status status = OpenClothSource(path, 0).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("driven by the avatar shirt.avatar"));
+}
+
+TEST_F(Sources, NothingIsRefusedWithWhatWouldDo) {
+  EXPECT_THAT(std::string(OpenClothSource(folder_ / "nothing", 0).status().message()),
+              AllOf(HasSubstr("nothing"), HasSubstr("weft register"), HasSubstr("weft simulate")));
+  fs::create_directories(folder_ / "begun/truth");
+  std::ofstream(folder_ / "begun/truth/frames.bin.part") << "weftseq1";
+  EXPECT_THAT(std::string(OpenClothSource(folder_ / "begun", 0).status().message()),
+              HasSubstr("not complete"));
+}
+
+}  // namespace
+}  // namespace weft
