@@ -13,6 +13,7 @@
 #include "alignment/return_to_points.h"
 #include "alignment/start_mesh.h"
 #include "alignment/vertex_sigma.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 
 namespace weft {
@@ -46,14 +47,12 @@ class Passes {
 
   // Cloth begins stiff and ends as soft as it is.
   absl::Status RunFirst(const std::vector<VertexTarget>& targets) {
-    absl::StatusOr<ElasticProblem> problem = Prepare(targets, "");
-    if (!problem.ok()) return problem.status();
+    WEFT_ASSIGN_OR_RETURN(ElasticProblem problem, Prepare(targets, ""));
     if (context_.start_mm != nullptr) {
-      auto moved = MovedWithTargets(model_.graph(), targets, *context_.start_mm);
-      if (!moved.ok()) return moved.status();
-      problem->targets_mm = *std::move(moved);
+      WEFT_ASSIGN_OR_RETURN(auto moved, MovedWithTargets(model_.graph(), targets, *context_.start_mm));
+      problem.targets_mm = std::move(moved);
     }
-    deformation_.position_mm = problem->targets_mm;
+    deformation_.position_mm = problem.targets_mm;
     deformation_.rotation.assign(deformation_.position_mm.size(), placement_.rotation());
     Watch("fill");
     Fit("");
@@ -61,25 +60,22 @@ class Passes {
     stiff.distortion.bending = options_.first_bending;
     stiff.tolerance = kFirstTolerance;
     const Stopwatch watch;
-    const absl::StatusOr<ElasticPreconditioner> preconditioner =
-        ElasticPreconditioner::Build(*slices_, model_.graph(), *problem, options_.elastic);
-    if (!preconditioner.ok()) return preconditioner.status();
+    WEFT_ASSIGN_OR_RETURN(const ElasticPreconditioner preconditioner,
+                          ElasticPreconditioner::Build(*slices_, model_.graph(), problem, options_.elastic));
     if (options_.first_bending == 0)
-      return Solve(*problem, *preconditioner, options_.elastic, "elastic", watch);
-    absl::Status status = Solve(*problem, *preconditioner, stiff, "stiff", watch);
-    return status.ok() ? Solve(*problem, *preconditioner, options_.elastic, "elastic", Stopwatch()) : status;
+      return Solve(problem, preconditioner, options_.elastic, "elastic", watch);
+    absl::Status status = Solve(problem, preconditioner, stiff, "stiff", watch);
+    return status.ok() ? Solve(problem, preconditioner, options_.elastic, "elastic", Stopwatch()) : status;
   }
 
   // From here on the cloth is as long as it was measured.
   absl::Status Stretch(const std::vector<VertexTarget>& targets) {
-    const absl::StatusOr<ElasticProblem> problem = Prepare(targets, "_stretched");
-    if (!problem.ok()) return problem.status();
-    absl::StatusOr<SlicedMesh> mesh =
-        StretchToTargets(model_, targets, deformation_.rotation, options_.stretch_rings);
-    if (!mesh.ok()) return mesh.status();
-    stretched_ = *std::move(mesh);
+    WEFT_ASSIGN_OR_RETURN(const ElasticProblem problem, Prepare(targets, "_stretched"));
+    WEFT_ASSIGN_OR_RETURN(SlicedMesh mesh,
+                          StretchToTargets(model_, targets, deformation_.rotation, options_.stretch_rings));
+    stretched_ = std::move(mesh);
     slices_ = &stretched_;
-    return Solve(*problem, options_.elastic, "elastic_stretched");
+    return Solve(problem, options_.elastic, "elastic_stretched");
   }
 
   // From where the last pass ended; what it set aside starts anew from its neighbours.
@@ -90,10 +86,8 @@ class Passes {
     for (const VertexTarget& t : all) settled[t.vertex] = false;
     for (const VertexTarget& t : kept) settled[t.vertex] = true;
     const std::string suffix = absl::StrCat("_without_outliers_", round);
-    const absl::StatusOr<ElasticProblem> problem = Prepare(kept, suffix);
-    if (!problem.ok()) return problem.status();
-    absl::Status status = LaplacianFill(graph, settled, &deformation_.position_mm);
-    if (!status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(const ElasticProblem problem, Prepare(kept, suffix));
+    WEFT_RETURN_IF_ERROR(LaplacianFill(graph, settled, &deformation_.position_mm));
     const std::vector<Eigen::Matrix3d> rotation = deformation_.rotation;
     Fit(suffix);
     for (int v = 0; v < graph.vertices; ++v) {
@@ -101,7 +95,7 @@ class Passes {
       for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) keep = keep && settled[graph.neighbor[i]];
       if (keep) deformation_.rotation[v] = rotation[v];
     }
-    return Solve(*problem, options_.elastic, "elastic" + suffix);
+    return Solve(problem, options_.elastic, "elastic" + suffix);
   }
 
   // Vertices that `targets` does not hold go to the rays that are near them.
@@ -112,8 +106,7 @@ class Passes {
     measured.flip();
     rays_ = RaysInReach(*context_.rays, measured, deformation_.position_mm, fit);
     for (int round = 1; round <= kRayRounds && !rays_.empty(); ++round) {
-      absl::Status status = Solve(HeldByTargets(targets), options_.elastic, absl::StrCat("rays_", round));
-      if (!status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Solve(HeldByTargets(targets), options_.elastic, absl::StrCat("rays_", round)));
       std::vector<RayTarget> kept = WithoutOutliers(rays_, model_.graph(), deformation_.position_mm, fit);
       if (kept.size() == rays_.size() || round == kRayRounds) break;
       rays_ = std::move(kept);
@@ -128,7 +121,7 @@ class Passes {
     ElasticProblem base = HeldByTargets(targets);
     const std::vector<bool> hidden = HiddenBy(targets);
     if (scanned) {
-      if (absl::Status status = LookAtScan(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(LookAtScan());
     }
     if (options_.push.weight > 0) {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
@@ -139,9 +132,8 @@ class Passes {
         scan_.vertices = AddRecon(scan_.is_turned ? turned_ : *context_.scan, deformation_.position_mm,
                                   model_.rest().faces, hidden, options_.recon, &problem);
       }
-      absl::Status status =
-          Solve(problem, options_.elastic, scanned ? absl::StrCat("recon_", round) : "push");
-      if (!status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(
+          Solve(problem, options_.elastic, scanned ? absl::StrCat("recon_", round) : "push"));
     }
     return absl::OkStatus();
   }
@@ -152,14 +144,12 @@ class Passes {
     const ElasticProblem base = HeldByTargets(targets);
     const std::vector<bool> hidden = HiddenBy(targets);
     for (int round = 1; round <= kLayerRounds; ++round) {
-      const auto layers =
-          GarmentLayers::Build(model_.garments(), model_.rest().faces, deformation_.position_mm);
-      if (!layers.ok()) return layers.status();
-      if (round == 1) layers_ = layers->Order(hidden, options_.layers);
+      WEFT_ASSIGN_OR_RETURN(const auto layers, GarmentLayers::Build(model_.garments(), model_.rest().faces,
+                                                                    deformation_.position_mm));
+      if (round == 1) layers_ = layers.Order(hidden, options_.layers);
       ElasticProblem problem = base;
-      if (layers->Draw(layers_, hidden, options_.layers, &problem) == 0) break;
-      absl::Status status = Solve(problem, options_.elastic, absl::StrCat("layers_", round));
-      if (!status.ok()) return status;
+      if (layers.Draw(layers_, hidden, options_.layers, &problem) == 0) break;
+      WEFT_RETURN_IF_ERROR(Solve(problem, options_.elastic, absl::StrCat("layers_", round)));
     }
     return absl::OkStatus();
   }
@@ -177,8 +167,7 @@ class Passes {
     std::vector<Eigen::Vector3d> placed_mm;
     for (const Eigen::Vector3d& v : model_.rest().vertices_mm) placed_mm.push_back(placement_ * v);
     FillStart filled = PrepareFill(model_.graph(), targets, std::move(placed_mm));
-    absl::Status status = LaplacianFill(model_.graph(), filled.known, &filled.position_mm);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(LaplacianFill(model_.graph(), filled.known, &filled.position_mm));
     ElasticProblem problem{std::move(filled.position_mm),
                            VertexWeights(model_.graph().vertices, targets, options_.detection),
                            {}};
@@ -239,17 +228,15 @@ class Passes {
 
   absl::Status Solve(const ElasticProblem& problem, const ElasticOptions& options, const std::string& name) {
     const Stopwatch watch;
-    const absl::StatusOr<ElasticPreconditioner> preconditioner =
-        ElasticPreconditioner::Build(*slices_, model_.graph(), problem, options);
-    if (!preconditioner.ok()) return preconditioner.status();
-    return Solve(problem, *preconditioner, options, name, watch);
+    WEFT_ASSIGN_OR_RETURN(const ElasticPreconditioner preconditioner,
+                          ElasticPreconditioner::Build(*slices_, model_.graph(), problem, options));
+    return Solve(problem, preconditioner, options, name, watch);
   }
   absl::Status Solve(const ElasticProblem& problem, const ElasticPreconditioner& preconditioner,
                      const ElasticOptions& options, const std::string& name, const Stopwatch& watch) {
-    const absl::StatusOr<ElasticReport> report =
-        SolveElastic(*slices_, problem, preconditioner, options, &deformation_, context_.cancelled);
-    if (!report.ok()) return report.status();
-    Report(name, *report, watch);
+    WEFT_ASSIGN_OR_RETURN(const ElasticReport report, SolveElastic(*slices_, problem, preconditioner, options,
+                                                                   &deformation_, context_.cancelled));
+    Report(name, report, watch);
     Watch(name);
     return absl::OkStatus();
   }
@@ -305,19 +292,18 @@ AlignmentModel::AlignmentModel(const Template& garment)
 
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckTargets(targets, model.graph().vertices); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CheckTargets(targets, model.graph().vertices));
   if (context.start_mm != nullptr) {
-    if (absl::Status status = CheckStart(*context.start_mm, model.graph().vertices); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(CheckStart(*context.start_mm, model.graph().vertices));
   }
   if (context.rays != nullptr) {
-    if (absl::Status status = CheckRays(*context.rays, model.graph().vertices); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckRays(*context.rays, model.graph().vertices));
   }
   AlignResult result;
   const Stopwatch watch;
-  const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
-  if (!placement.ok()) return placement.status();
+  WEFT_ASSIGN_OR_RETURN(const Eigen::Isometry3d placement,
+                        PlaceTemplate(model, targets, options.min_target_share));
   result.cloth_scale = ClothScale(model, targets);
   AlignContext placed = context;
   absl::StatusOr<PlacedStart> start;
@@ -329,10 +315,10 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   }
   result.stages.push_back({.name = "place", .time_ms = watch.Ms()});
 
-  Passes passes(model, options, placed, *placement, &result.stages);
-  if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
+  Passes passes(model, options, placed, placement, &result.stages);
+  WEFT_RETURN_IF_ERROR(passes.RunFirst(targets));
   if (options.stretch_rings > 0) {
-    if (absl::Status status = passes.Stretch(targets); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(passes.Stretch(targets));
   }
   std::vector<VertexTarget> used = targets;
   for (int round = 1; round <= options.robust.max_rounds; ++round) {
@@ -341,11 +327,11 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
         OutlierRatios(model.graph(), targets, passes.deformation().position_mm, options);
     if (AreAllBut(targets, ratios, used)) break;
     used = WithoutOutliers(targets, ratios, options.detection);
-    if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(passes.RunAgain(targets, used, round));
   }
-  if (absl::Status status = passes.RunRays(used); !status.ok()) return status;
-  if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;
-  if (absl::Status status = passes.RunLayers(used); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(passes.RunRays(used));
+  WEFT_RETURN_IF_ERROR(passes.RunHidden(used));
+  WEFT_RETURN_IF_ERROR(passes.RunLayers(used));
   result.layers = passes.layers();
   result.rays = passes.rays();
   result.scan = passes.scan();
@@ -353,12 +339,11 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;
   const Stopwatch untangle_watch;
-  const absl::StatusOr<UntangleReport> untangling =
-      RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh);
-  if (!untangling.ok()) return untangling.status();
-  result.untangling = *untangling;
+  WEFT_ASSIGN_OR_RETURN(const UntangleReport untangling,
+                        RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh));
+  result.untangling = untangling;
   result.stages.push_back({.name = "untangle",
-                           .iterations = untangling->pushes + untangling->returns,
+                           .iterations = untangling.pushes + untangling.returns,
                            .time_ms = untangle_watch.Ms()});
   if (context.watch) context.watch("untangle", result.mesh.vertices_mm);
   return result;

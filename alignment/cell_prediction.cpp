@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -86,21 +87,20 @@ absl::StatusOr<PredictedSurface> PredictedSurface::Build(const Template& garment
                                                          const std::vector<CellNeighborhood>& neighborhoods,
                                                          const RegisteredMesh& mesh,
                                                          const PredictionOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const size_t vertices = garment.node_of_vertex.size();
   if (mesh.vertices_mm.size() != vertices || mesh.sigma_mm.size() != vertices ||
       neighborhoods.size() != vertices) {
     return absl::InvalidArgumentError(absl::StrCat("prediction: a mesh of ", mesh.vertices_mm.size(),
                                                    " vertices for a template of ", vertices));
   }
-  absl::StatusOr<RayScene> rays = RayScene::Build(mesh.vertices_mm, garment.rest.faces);
-  if (!rays.ok()) return rays.status();
+  WEFT_ASSIGN_OR_RETURN(RayScene rays, RayScene::Build(mesh.vertices_mm, garment.rest.faces));
   PredictedSurface surface;
   surface.garment_ = &garment;
   surface.neighborhoods_ = &neighborhoods;
   surface.vertices_mm_ = mesh.vertices_mm;
   surface.sigma_mm_ = mesh.sigma_mm;
-  surface.rays_ = *std::move(rays);
+  surface.rays_ = std::move(rays);
   surface.clearance_mm_ = kClearanceEdges * MeanEdgeOfRest_mm(garment.rest.vertices_mm, garment.rest.faces);
   surface.min_facing_cosine_ = std::cos(options.max_facing_deg * std::numbers::pi / 180);
   return surface;

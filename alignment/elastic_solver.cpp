@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "alignment/field_algebra.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -261,7 +262,7 @@ absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const Elastic
                                            const ElasticPreconditioner& preconditioner,
                                            const ElasticOptions& options, Deformation* deformation,
                                            const CancelCheck& cancelled) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   State state(mesh, problem, options, *deformation);
   absl::StatusOr<ElasticReport> report = Minimiser(&state, preconditioner, options).Run(cancelled);
   if (!report.ok()) return report;
@@ -272,11 +273,10 @@ absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const Elastic
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
                                            Deformation* deformation, const CancelCheck& cancelled) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<ElasticPreconditioner> preconditioner =
-      ElasticPreconditioner::Build(mesh, graph, problem, options);
-  if (!preconditioner.ok()) return preconditioner.status();
-  return SolveElastic(mesh, problem, *preconditioner, options, deformation, cancelled);
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(const ElasticPreconditioner preconditioner,
+                        ElasticPreconditioner::Build(mesh, graph, problem, options));
+  return SolveElastic(mesh, problem, preconditioner, options, deformation, cancelled);
 }
 
 }  // namespace weft

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include "alignment/vertex_normals.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -34,9 +35,8 @@ absl::StatusOr<GarmentLayers> GarmentLayers::Build(const std::vector<TemplateGar
   for (const TemplateGarment& garment : garments) {
     const auto first = faces.begin() + garment.first_face;
     layers.faces_.emplace_back(first, first + garment.faces);
-    absl::StatusOr<RayScene> scene = RayScene::Build(position_mm, layers.faces_.back());
-    if (!scene.ok()) return scene.status();
-    layers.scenes_.push_back(*std::move(scene));
+    WEFT_ASSIGN_OR_RETURN(RayScene scene, RayScene::Build(position_mm, layers.faces_.back()));
+    layers.scenes_.push_back(std::move(scene));
   }
   return layers;
 }

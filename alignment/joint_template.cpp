@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "pattern/board/joint_board.h"
 
 namespace weft {
@@ -69,14 +70,13 @@ absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Te
     if (!own.garments.empty())
       return absl::InvalidArgumentError(absl::StrCat(
           "the template ", own.id, " is a joint one itself; give the templates that it was joined of"));
-    const absl::StatusOr<int> part = PartOf(own, joint);
-    if (!part.ok()) return part.status();
-    if (taken[static_cast<size_t>(*part)])
+    WEFT_ASSIGN_OR_RETURN(const int part, PartOf(own, joint));
+    if (taken[static_cast<size_t>(part)])
       return absl::InvalidArgumentError(absl::StrCat("two templates were sewn from board ",
-                                                     joint.parts[static_cast<size_t>(*part)].id,
+                                                     joint.parts[static_cast<size_t>(part)].id,
                                                      "; garments of one take need boards of their own"));
-    taken[static_cast<size_t>(*part)] = true;
-    const int row = joint.parts[static_cast<size_t>(*part)].first_row;
+    taken[static_cast<size_t>(part)] = true;
+    const int row = joint.parts[static_cast<size_t>(part)].first_row;
     TriangleMesh& rest = out.garment.rest;
     const int vertex = static_cast<int>(rest.vertices_mm.size()), face = static_cast<int>(rest.faces.size());
     out.garment.garments.push_back({own.id, vertex, static_cast<int>(own.rest.vertices_mm.size()), face,
@@ -89,7 +89,7 @@ absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Te
     }
     AddParts(parts[i], row, vertex, &out.parts);
   }
-  if (absl::Status status = CheckTemplateGarments(out.garment); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTemplateGarments(out.garment));
   return out;
 }
 

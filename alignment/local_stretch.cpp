@@ -4,6 +4,7 @@
 #include <array>
 
 #include "alignment/fill.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -68,7 +69,7 @@ absl::StatusOr<SlicedMesh> StretchToTargets(const AlignmentModel& model,
   Columns columns = MeasureStretch(model, targets, rotation, &known);
   for (auto& column : columns) {
     Smooth(graph, known, rings, &column);
-    if (absl::Status status = LaplacianFill(graph, known, &column); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(LaplacianFill(graph, known, &column));
   }
   SlicedMesh mesh = model.slices();
   for (int slice = 0; slice < mesh.slices; ++slice) {

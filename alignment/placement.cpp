@@ -9,6 +9,7 @@
 #include "alignment/fill.h"
 #include "alignment/print_scale.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -112,7 +113,7 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
         " vertices were measured, ", needed, " are needed; too little of the cloth was seen in this frame"));
   }
   // First: what is of another size looks like a point, or a line.
-  if (absl::Status status = CheckScale(ClothScale(model, targets)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckScale(ClothScale(model, targets)));
   std::vector<Eigen::Vector3d> rest, now;
   for (const VertexTarget& t : targets) {
     rest.push_back(model.rest().vertices_mm[t.vertex]);
@@ -154,7 +155,7 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> MovedWithTargets(const MeshGraph& g
   FillStart filled = PrepareFill(graph, targets, start_mm);
   std::vector<Eigen::Vector3d>& move_mm = filled.position_mm;
   for (size_t v = 0; v < start_mm.size(); ++v) move_mm[v] -= start_mm[v];
-  if (absl::Status status = LaplacianFill(graph, filled.known, &move_mm); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(LaplacianFill(graph, filled.known, &move_mm));
   for (size_t v = 0; v < start_mm.size(); ++v) move_mm[v] += start_mm[v];
   return move_mm;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -99,9 +100,8 @@ absl::Status CheckPrintedSide(std::span<const Face> faces, const Mapped& mapped,
   if (!any_against)
     return shown == ShownSide::kInside ? absl::InvalidArgumentError(kMirrored) : absl::OkStatus();
   std::vector<Face> copy(faces.begin(), faces.end());
-  const absl::StatusOr<TurnedFaces> turned = TurnToPrint(mapped, FaceSideSaid::kInside, copy);
-  if (!turned.ok()) return turned.status();
-  return absl::InvalidArgumentError(absl::StrCat(turned->faces, " of ", faces.size(),
+  WEFT_ASSIGN_OR_RETURN(const TurnedFaces turned, TurnToPrint(mapped, FaceSideSaid::kInside, copy));
+  return absl::InvalidArgumentError(absl::StrCat(turned.faces, " of ", faces.size(),
                                                  " faces show the inside of the cloth, not the printed side; "
                                                  "import the template again, which turns them"));
 }

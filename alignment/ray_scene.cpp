@@ -9,6 +9,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 
@@ -63,7 +64,7 @@ bool SetFaces(RTCGeometry geometry, const std::vector<Face>& faces) {
 
 absl::StatusOr<RayScene> RayScene::Build(const std::vector<Eigen::Vector3d>& vertices_mm,
                                          const std::vector<Face>& faces) {
-  if (absl::Status status = CheckMesh(vertices_mm, faces); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckMesh(vertices_mm, faces));
   auto handles = std::make_shared<Handles>();
   handles->device = rtcNewDevice(nullptr);
   if (!handles->device) {

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/content_hash.h"
 
 namespace weft {
@@ -78,7 +79,7 @@ absl::Status CheckTemplateMesh(const TriangleMesh& mesh) {
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": position is not finite"));
     }
   }
-  if (absl::Status status = CheckFaceIndices(mesh); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckFaceIndices(mesh));
   return CheckEdges(mesh);
 }
 
@@ -218,10 +219,9 @@ absl::Status CheckTemplateGarments(const Template& garment) {
 absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board) {
   if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckTemplateMesh(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckVertexNodes(nodes, mesh.vertices_mm.size(), board); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
+  WEFT_RETURN_IF_ERROR(CheckTemplateMesh(mesh));
+  WEFT_RETURN_IF_ERROR(CheckVertexNodes(nodes, mesh.vertices_mm.size(), board));
   return Template{std::move(id), board.ContentHash(), std::move(mesh), std::move(nodes), {}};
 }
 

@@ -12,6 +12,7 @@
 #include "alignment/blank_vertices.h"
 #include "alignment/face_sides.h"
 #include "alignment/mapped_mesh.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -168,12 +169,11 @@ absl::Status CheckVertexOrder(const Template& garment) {
 
 absl::StatusOr<TemplateOnBoard> PutOnBoard(const Board& board, FaceSideSaid said, bool any_scale,
                                            Template* garment) {
-  if (absl::Status status = CheckVertexOrder(*garment); !status.ok()) return status;
-  const absl::StatusOr<TurnedFaces> turned = ShowPrintedSide(garment->node_of_vertex, said, &garment->rest);
-  if (!turned.ok()) return turned.status();
-  absl::StatusOr<TemplateSize> size = CheckTemplateOnBoard(*garment, board, any_scale);
-  if (!size.ok()) return size.status();
-  return TemplateOnBoard{*turned, *std::move(size)};
+  WEFT_RETURN_IF_ERROR(CheckVertexOrder(*garment));
+  WEFT_ASSIGN_OR_RETURN(const TurnedFaces turned,
+                        ShowPrintedSide(garment->node_of_vertex, said, &garment->rest));
+  WEFT_ASSIGN_OR_RETURN(TemplateSize size, CheckTemplateOnBoard(*garment, board, any_scale));
+  return TemplateOnBoard{turned, std::move(size)};
 }
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mapped_mesh.h"
 #include "alignment/template_check.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -79,7 +80,7 @@ absl::StatusOr<TemplateSize> SizeOf(const Template& garment, bool any_scale,
 
 absl::StatusOr<TemplateSize> CheckTemplateOnBoard(const Template& garment, const Board& board,
                                                   bool any_scale) {
-  if (absl::Status status = CheckPanels(garment.node_of_vertex, board); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPanels(garment.node_of_vertex, board));
   return SizeOf(garment, any_scale, [&board](int row) { return CellMmAt(board, row); });
 }
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
 #include "alignment/placement.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -102,8 +103,7 @@ absl::StatusOr<Carried> CarryOver(const MeshGraph& graph, const RegisteredMesh& 
   }
   if (!any) return carried;
   for (std::vector<Eigen::Vector3d>* values : {&way_mm, &unlike_mm}) {
-    absl::Status status = LaplacianFill(graph, known, values);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(LaplacianFill(graph, known, values));
   }
   const std::vector<int> rings = RingDistance(graph, known);
   for (size_t v = 0; v < known.size(); ++v) {
@@ -137,8 +137,7 @@ absl::StatusOr<UnevenMotion> FindUnevenMotion(const MeshGraph& graph, const Regi
   }
   motion.accelerated_mm = Sharpened(graph, motion.measured, rings, motion.seen_mm);
   if (any) {
-    absl::Status status = LaplacianFill(graph, motion.measured, &motion.accelerated_mm);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(LaplacianFill(graph, motion.measured, &motion.accelerated_mm));
   }
   return motion;
 }
@@ -182,10 +181,9 @@ absl::StatusOr<TemporalResult> Untangled(const AlignmentModel& model, Registered
                                          const TemporalOptions& options) {
   TemporalResult result{std::move(mesh), {}};
   if (!options.remove_self_intersections) return result;
-  const absl::StatusOr<UntangleReport> untangling =
-      RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh);
-  if (!untangling.ok()) return untangling.status();
-  result.untangling = *untangling;
+  WEFT_ASSIGN_OR_RETURN(const UntangleReport untangling,
+                        RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh));
+  result.untangling = untangling;
   return result;
 }
 
@@ -206,24 +204,22 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
                                             const TemporalOptions& options,
                                             const std::vector<RayTarget>& rays,
                                             const CancelCheck& cancelled) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   for (const RegisteredMesh* mesh : {&previous, &own, &next}) {
-    if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckSize(model, *mesh));
   }
-  if (absl::Status status = CheckRays(rays, model.graph().vertices); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRays(rays, model.graph().vertices));
   const size_t vertices = own.vertices_mm.size();
-  const absl::StatusOr<UnevenMotion> motion =
-      FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings);
-  if (!motion.ok()) return motion.status();
+  WEFT_ASSIGN_OR_RETURN(const UnevenMotion motion,
+                        FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings));
   std::vector<Carried> carried_over;
   for (const RegisteredMesh* from : {&previous, &next}) {
     if (!options.weigh_by_sigma) continue;  // Eq. 5 knows the mean of both alone
-    absl::StatusOr<Carried> carried = CarryOver(model.graph(), *from, own);
-    if (!carried.ok()) return carried.status();
-    carried_over.push_back(*std::move(carried));
+    WEFT_ASSIGN_OR_RETURN(Carried carried, CarryOver(model.graph(), *from, own));
+    carried_over.push_back(std::move(carried));
   }
   RegisteredMesh refined = own;
-  refined.vertices_mm = SharedNoise(model.graph(), own, *motion, options.max_observed_sigmas);
+  refined.vertices_mm = SharedNoise(model.graph(), own, motion, options.max_observed_sigmas);
   const std::vector<Eigen::Vector3d> measured_mm = refined.vertices_mm;
   ElasticProblem problem;
   problem.targets_mm = own.vertices_mm;
@@ -234,8 +230,8 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     if (problem.frozen[v]) continue;
     const double own_mm2 = std::pow(std::max(own.sigma_mm[v], 1e-3f), 2);
     double pair_mm2 = (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 +
-                      std::pow(kAccelerationError, 2) * motion->accelerated_mm[v].squaredNorm();
-    Eigen::Vector3d even = Middle(previous, next, v) + motion->accelerated_mm[v];
+                      std::pow(kAccelerationError, 2) * motion.accelerated_mm[v].squaredNorm();
+    Eigen::Vector3d even = Middle(previous, next, v) + motion.accelerated_mm[v];
     for (const Carried& carried : carried_over) {
       if (carried.variance_mm2[v] == 0 || carried.variance_mm2[v] >= pair_mm2) continue;
       even = carried.position_mm[v];
@@ -253,8 +249,7 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
   const std::vector<RayTarget> near = RaysInReach(rays, problem.frozen, own.vertices_mm, options.rays);
   AddRays(WithoutOutliers(near, model.graph(), own.vertices_mm, options.rays), own.vertices_mm, options.rays,
           &problem);
-  absl::Status status = Relax(model, problem, options, cancelled, &refined.vertices_mm);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Relax(model, problem, options, cancelled, &refined.vertices_mm));
   // Single precision inside the solver must not move what was measured.
   for (size_t v = 0; v < vertices; ++v) {
     if (problem.frozen[v]) refined.vertices_mm[v] = measured_mm[v];
@@ -265,9 +260,9 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
 absl::StatusOr<TemporalResult> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& next, const Gap& gap,
                                             const TemporalOptions& options, const CancelCheck& cancelled) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   for (const RegisteredMesh* mesh : {&previous, &next}) {
-    if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckSize(model, *mesh));
   }
   if (gap.frames_since_previous < 1 || gap.frames_to_next < 1) {
     return absl::InvalidArgumentError("temporal: a gap has at least one frame on either side");
@@ -286,8 +281,7 @@ absl::StatusOr<TemporalResult> BridgeInTime(const AlignmentModel& model, const R
   }
   ElasticProblem problem{mesh.vertices_mm, {}, {}};
   problem.weights.assign(vertices, options.weight * Eigen::Matrix3d::Identity());
-  absl::Status status = Relax(model, problem, options, cancelled, &mesh.vertices_mm);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Relax(model, problem, options, cancelled, &mesh.vertices_mm));
   return Untangled(model, std::move(mesh), options);
 }
 

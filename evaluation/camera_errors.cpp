@@ -6,6 +6,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "triangulation/consensus.h"
 #include "triangulation/node_index.h"
 #include "triangulation/refine.h"
@@ -62,7 +63,7 @@ absl::StatusOr<std::vector<CameraErrors>> MeasureCameraErrors(const Rig& rig,
                                                               std::vector<ViewObservations> views,
                                                               const Cloud& cloud,
                                                               const CameraErrorOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const int cameras = static_cast<int>(rig.cameras.size());
   std::vector<std::vector<UndistortedPoint>> undistorted(views.size());
   for (const ViewObservations& view : views)

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "evaluation/geodesics.h"
 #include "simulation/random.h"
 
@@ -47,14 +48,13 @@ absl::Status GeodesicOptions::Validate() const {
 
 absl::StatusOr<GeodesicDistortion> GeodesicDistortion::Build(const TriangleMesh& rest,
                                                              const GeodesicOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<GeodesicMesh> mesh = GeodesicMesh::Build(rest.vertices_mm, rest.faces);
-  if (!mesh.ok()) return mesh.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(const GeodesicMesh mesh, GeodesicMesh::Build(rest.vertices_mm, rest.faces));
   GeodesicDistortion out;
   out.faces_ = rest.faces;
   out.vertices_ = rest.vertices_mm.size();
   out.sources_ = DrawSources(rest, options);
-  out.rest_mm_ = Distances(*mesh, out.sources_);
+  out.rest_mm_ = Distances(mesh, out.sources_);
   return out;
 }
 
@@ -64,9 +64,8 @@ absl::StatusOr<DistortionScore> GeodesicDistortion::Measure(
     return absl::InvalidArgumentError(
         absl::StrCat("the mesh has ", vertices_mm.size(), " vertices, the template ", vertices_));
   }
-  const absl::StatusOr<GeodesicMesh> mesh = GeodesicMesh::Build(vertices_mm, faces_);
-  if (!mesh.ok()) return mesh.status();
-  const std::vector<std::vector<float>> now_mm = Distances(*mesh, sources_);
+  WEFT_ASSIGN_OR_RETURN(const GeodesicMesh mesh, GeodesicMesh::Build(vertices_mm, faces_));
+  const std::vector<std::vector<float>> now_mm = Distances(mesh, sources_);
   DistortionScore score;
   score.of_vertex_mm.assign(vertices_, 0);
   std::vector<int> reached(vertices_, 0);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -43,7 +44,7 @@ absl::Status CheckMesh(const std::vector<Eigen::Vector3d>& vertices_mm, const st
 
 absl::StatusOr<GeodesicMesh> GeodesicMesh::Build(const std::vector<Eigen::Vector3d>& vertices_mm,
                                                  const std::vector<Face>& faces) {
-  if (absl::Status status = CheckMesh(vertices_mm, faces); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckMesh(vertices_mm, faces));
   GeodesicMesh mesh;
   const size_t vertices = vertices_mm.size();
   mesh.halfedges_.resize(3 * faces.size());

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -55,9 +56,8 @@ absl::StatusOr<std::vector<VisibleMesh>> MakeVisible(const Template& garment, co
   if (!(cell_mm > 0)) return absl::InvalidArgumentError("the template has no printed face");
   std::vector<VisibleMesh> meshes;
   for (const auto& vertices_mm : moments_mm) {
-    absl::StatusOr<VisibleMesh> mesh = VisibleMesh::Build(vertices_mm, garment.rest.faces, cell_mm);
-    if (!mesh.ok()) return mesh.status();
-    meshes.push_back(*std::move(mesh));
+    WEFT_ASSIGN_OR_RETURN(VisibleMesh mesh, VisibleMesh::Build(vertices_mm, garment.rest.faces, cell_mm));
+    meshes.push_back(std::move(mesh));
   }
   return meshes;
 }
@@ -163,10 +163,9 @@ absl::Status RigPlanOptions::Validate() const {
 absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Moments& moments_mm,
                                               const Rig& candidates, const RigPlanOptions& options,
                                               const std::function<void(size_t, size_t)>& on_camera) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMoments(garment, moments_mm); !status.ok()) return status;
-  const absl::StatusOr<std::vector<VisibleMesh>> meshes = MakeVisible(garment, moments_mm);
-  if (!meshes.ok()) return meshes.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CheckMoments(garment, moments_mm));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<VisibleMesh> meshes, MakeVisible(garment, moments_mm));
   std::vector<int> vertices;
   for (size_t v = 0; v < garment.node_of_vertex.size(); ++v)
     if (garment.node_of_vertex[v].row >= 0) vertices.push_back(static_cast<int>(v));
@@ -180,7 +179,7 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
   tbb::parallel_for(size_t{0}, sights.size(), [&](size_t c) {
     const CameraModel& camera = candidates.cameras[c];
     for (size_t s = 0; s < samples; ++s) {
-      const VisibleMesh& mesh = (*meshes)[s * step / vertices.size()];
+      const VisibleMesh& mesh = meshes[s * step / vertices.size()];
       const int vertex = vertices[s * step % vertices.size()];
       if (!mesh.Look(vertex, camera, options.viewing).seen) continue;
       sights[c].push_back(
@@ -200,10 +199,9 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
 
 absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& moments_mm, const Rig& rig,
                                         const RigPlanOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMoments(garment, moments_mm); !status.ok()) return status;
-  const absl::StatusOr<std::vector<VisibleMesh>> meshes = MakeVisible(garment, moments_mm);
-  if (!meshes.ok()) return meshes.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CheckMoments(garment, moments_mm));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<VisibleMesh> meshes, MakeVisible(garment, moments_mm));
   const size_t vertices = garment.node_of_vertex.size();
   RigForecast out;
   for (auto* field : {&out.views, &out.coverage, &out.pitch_px, &out.sigma_mm})
@@ -212,7 +210,7 @@ absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& 
     if (garment.node_of_vertex[v].row < 0) return;
     double views = 0, covered = 0, pitch_px = 0, sigma_mm = 0;
     int known = 0;
-    for (const VisibleMesh& mesh : *meshes) {
+    for (const VisibleMesh& mesh : meshes) {
       int seen = 0;
       Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
       for (const CameraModel& camera : rig.cameras) {
@@ -227,7 +225,7 @@ absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& 
       ++covered;
       if (const double sigma = SigmaMm(information); !std::isnan(sigma)) sigma_mm += sigma, ++known;
     }
-    const auto moments = static_cast<double>(meshes->size());
+    const auto moments = static_cast<double>(meshes.size());
     out.views[v] = views / moments;
     out.coverage[v] = covered / moments;
     if (views > 0) out.pitch_px[v] = pitch_px / views;

@@ -12,6 +12,8 @@
 #include <opencv2/video/tracking.hpp>
 #include <utility>
 
+#include "base/status_macros.h"
+
 namespace weft {
 namespace {
 
@@ -88,11 +90,10 @@ absl::Status TextureDriftOptions::Validate() const {
 }
 
 absl::StatusOr<GreyImage> ToGrey(const Frame& frame) {
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  GreyImage out{rgb->width_px, rgb->height_px, {}};
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(frame));
+  GreyImage out{rgb.width_px, rgb.height_px, {}};
   out.value.resize(static_cast<size_t>(out.width_px) * out.height_px);
-  const uint8_t* pixel = rgb->pixels->data();
+  const uint8_t* pixel = rgb.pixels->data();
   for (size_t i = 0; i < out.value.size(); ++i, pixel += 3)
     out.value[i] = 0.3f * pixel[0] + 0.59f * pixel[1] + 0.11f * pixel[2];
   return out;
@@ -100,7 +101,7 @@ absl::StatusOr<GreyImage> ToGrey(const Frame& frame) {
 
 absl::StatusOr<TextureDrift> TextureDrift::Build(const Template& garment,
                                                  const TextureDriftOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const ClothPrint print = PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex);
   TextureDrift drift{PrintLocator(print)};
   if (drift.locator_.row_end() <= drift.locator_.row_begin())

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -258,18 +259,16 @@ std::vector<bool> WellSeenVertices(const FrameTruth& truth, const TruthByNode* b
 
 absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const ResultPieces& result,
                                     const EvaluationOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const std::vector<int> scoreable_views = ScoreableViews(truth);
   FrameScore score;
   if (result.observations) {
-    if (absl::Status status = ScoreDecoding(truth, *result.observations, options, score); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(ScoreDecoding(truth, *result.observations, options, score));
   }
   if (result.cloud) score.cloud = ScoreCloud(truth, scoreable_views, *result.cloud, options);
   if (result.mesh_mm) {
-    absl::StatusOr<MeshScore> mesh = ScoreMesh(truth, result, scoreable_views, options);
-    if (!mesh.ok()) return mesh.status();
-    score.mesh = *std::move(mesh);
+    WEFT_ASSIGN_OR_RETURN(MeshScore mesh, ScoreMesh(truth, result, scoreable_views, options));
+    score.mesh = std::move(mesh);
   }
   return score;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "alignment/vertex_normals.h"
+#include "base/status_macros.h"
 #include "simulation/printed_mesh.h"
 
 namespace weft {
@@ -24,13 +25,12 @@ absl::Status ViewingOptions::Validate() const {
 
 absl::StatusOr<VisibleMesh> VisibleMesh::Build(std::vector<Eigen::Vector3d> vertices_mm,
                                                const std::vector<Face>& faces, double cell_mm) {
-  absl::StatusOr<RayScene> rays = RayScene::Build(vertices_mm, faces);
-  if (!rays.ok()) return rays.status();
+  WEFT_ASSIGN_OR_RETURN(RayScene rays, RayScene::Build(vertices_mm, faces));
   VisibleMesh mesh;
   mesh.normals_ = VertexNormals(vertices_mm, faces);
   mesh.vertices_mm_ = std::move(vertices_mm);
   mesh.cell_mm_ = cell_mm;
-  mesh.rays_ = *std::move(rays);
+  mesh.rays_ = std::move(rays);
   return mesh;
 }
 

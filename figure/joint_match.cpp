@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "figure/retarget.h"
 
 namespace weft {
@@ -229,7 +230,7 @@ absl::Status CheckLimbs(const JointMatcher& find, const JointMatch& match,
   for (const Joint upper : {Joint::kLeftUpperArm, Joint::kRightUpperArm, Joint::kLeftForearm,
                             Joint::kRightForearm, Joint::kLeftThigh, Joint::kRightThigh}) {
     const bool is_given = given.contains(std::string(NameOf(upper)));
-    if (absl::Status status = CheckLimb(find, match, upper, is_given); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckLimb(find, match, upper, is_given));
   }
   return CheckDistinct(find, match);
 }
@@ -283,7 +284,7 @@ absl::StatusOr<JointMatch> MatchJoints(const ForeignMotion& motion,
                                                    "; its joints are ", names,
                                                    "; name them with --joint OURS=THEIRS"));
   }
-  if (absl::Status status = CheckLimbs(find, *out, given); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckLimbs(find, *out, given));
   MatchAnkles(find, *out);
   MatchTrunk(find, *out);
   return out;

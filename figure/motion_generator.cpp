@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_word.h"
+#include "base/status_macros.h"
 #include "figure/choreography.h"
 #include "figure/joint_angles.h"
 
@@ -102,7 +103,7 @@ absl::Status MotionOptions::Validate() const {
 }
 
 absl::StatusOr<Motion> MakeMotion(const MotionOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const Choreography choreography = MakeChoreography(options.kind, options.seconds, options.seed);
   const auto count = static_cast<size_t>(std::llround(options.seconds * options.fps)) + 1;
   std::vector<JointAngles> angles(count);

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "figure/body_sides.h"
 #include "figure/foreign_summary.h"
 #include "figure/neutral_axes.h"
@@ -48,16 +49,15 @@ class Retargeter {
     if (!(summary_.leg_length > 0) || !std::isfinite(summary_.leg_length))
       return absl::InvalidArgumentError("the legs have no length; are the offsets missing?");
     const std::optional<Matrix3d> standing = StandingAxes(from_, match_);
-    if (absl::Status status = FindUp(standing, options); !status.ok()) return status;
-    if (options.check_sides)
-      if (absl::Status status = CheckSides(from_, match_, out_.notes); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(FindUp(standing, options));
+    if (options.check_sides) WEFT_RETURN_IF_ERROR(CheckSides(from_, match_, out_.notes));
     neutral_ = NeutralAxes(match_, summary_, standing);
     FindWorld();
     out_.motion.fps = from_.fps;
     for (const ForeignMotion::Pose& pose : from_.poses) out_.motion.poses.push_back(PoseFrom(pose));
-    if (absl::Status status = out_.motion.Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(out_.motion.Validate());
     PlaceOnGround(out_.motion);
-    if (absl::Status status = out_.motion.Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(out_.motion.Validate());
     out_.leg_length = summary_.leg_length;
     return std::move(out_);
   }

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "nets/net_model_fields.h"
 
 namespace weft {
@@ -41,7 +42,7 @@ class ModelCheck {
     if (model_.image_channels < 1 || model_.image_channels > kMostChannels)
       return Refused(absl::StrCat("the image has ", model_.image_channels, " channels"));
     if (model_.nodes.empty()) return Refused("it has no layers");
-    if (absl::Status status = Define(model_.image); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Define(model_.image));
     channels_[model_.image] = model_.image_channels;
     for (const NetTensor& tensor : model_.tensors) {
       absl::Status status = Define(tensor.name);
@@ -84,7 +85,7 @@ class ModelCheck {
                                     " that stands before it"));
       if (i < images) channels += channels_.at(node.inputs[i]);
     }
-    if (absl::Status status = CheckNumbers(node); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckNumbers(node));
     absl::Status status;
     if (node.kind == NetOperator::kConv) status = CheckConv(node, channels);
     if (node.kind == NetOperator::kResize) status = CheckResize(node);
@@ -176,14 +177,13 @@ class RunSize {
                                   image.width, " x ", image.height));
     sizes_[model_.image] = image;
     for (const NetNode& node : model_.nodes) {
-      const absl::StatusOr<NetSize> size = SizeOf(node);
-      if (!size.ok()) return size.status();
+      WEFT_ASSIGN_OR_RETURN(const NetSize size, SizeOf(node));
       // Each is bounded, so neither overflows.
-      values_ += size->channels * size->height * size->width;
+      values_ += size.channels * size.height * size.width;
       if (values_ > kMostNetValues || products_ > kMostNetProducts)
         return Refused(absl::StrCat("takes more memory or time than any net of Weft for an image of ",
                                     image.width, " x ", image.height));
-      sizes_[node.output] = *size;
+      sizes_[node.output] = size;
     }
     return sizes_[model_.answer];
   }
@@ -254,7 +254,7 @@ class RunSize {
 absl::StatusOr<NetModel> ReadNetModel(std::string_view onnx) {
   absl::StatusOr<NetModel> model = ReadNetFields(onnx);
   if (!model.ok()) return model;
-  if (absl::Status status = ModelCheck(*model).Run(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ModelCheck(*model).Run());
   // Some size that every halving divides.
   constexpr int64_t kSide = 64;
   const absl::StatusOr<NetSize> answer = SizeOfAnswer(*model, {model->image_channels, kSide, kSide});

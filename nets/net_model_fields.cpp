@@ -11,6 +11,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "nets/wire_fields.h"
 
 namespace weft {
@@ -235,7 +236,7 @@ absl::StatusOr<NetNode> ReadNode(std::string_view bytes) {
   NetNode node;
   std::string kind, ignored;
   std::vector<Attribute> attributes;
-  absl::Status status = VisitFields(bytes, [&](const WireField& field) -> absl::Status {
+  WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
     switch (field.number) {
       case node_field::kInput:
         if (node.inputs.size() >= kMostInputs) return Bad(absl::StrCat("more than ", kMostInputs, " inputs"));
@@ -246,7 +247,7 @@ absl::StatusOr<NetNode> ReadNode(std::string_view bytes) {
       case node_field::kOperator:
         return ReadName(field, kind);
       case node_field::kDomain:
-        if (absl::Status read = ReadName(field, ignored); !read.ok()) return read;
+        WEFT_RETURN_IF_ERROR(ReadName(field, ignored));
         return ignored.empty() ? absl::OkStatus()
                                : Bad(absl::StrCat("operators of domain \"", ignored, "\""));
       case node_field::kAttribute: {
@@ -263,8 +264,7 @@ absl::StatusOr<NetNode> ReadNode(std::string_view bytes) {
       default:
         return Unknown("a node", field);
     }
-  });
-  if (!status.ok()) return status;
+  }));
   const auto found = Operators().find(kind);
   if (found == Operators().end())
     return Bad(
@@ -274,9 +274,9 @@ absl::StatusOr<NetNode> ReadNode(std::string_view bytes) {
   for (const Attribute& attribute : attributes) {
     if (!given.insert(attribute.name).second)
       return Bad(absl::StrCat("attribute \"", attribute.name, "\" stands twice"));
-    if (absl::Status taken = TakeAttribute(attribute, node); !taken.ok()) return taken;
+    WEFT_RETURN_IF_ERROR(TakeAttribute(attribute, node));
   }
-  if (absl::Status complete = CheckGiven(node.kind, given); !complete.ok()) return complete;
+  WEFT_RETURN_IF_ERROR(CheckGiven(node.kind, given));
   return node;
 }
 
@@ -297,7 +297,7 @@ absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& chann
     if (part.number == 2 && part.kind == Kind::kBytes) return VisitFields(part.bytes, read_dim);
     return Unknown("a tensor's type", part);
   };
-  const absl::Status status = VisitFields(bytes, [&](const WireField& field) -> absl::Status {
+  WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
     if (field.number == 1) return ReadName(field, name);
     if (field.number == 3) return absl::OkStatus();  // words
     if (field.number != 2 || field.kind != Kind::kBytes) return Unknown("an image", field);
@@ -306,8 +306,7 @@ absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& chann
       if (type.number != 1 || type.kind != Kind::kBytes) return Unknown("a type", type);
       return VisitFields(type.bytes, read_tensor_type);
     });
-  });
-  if (!status.ok()) return status;
+  }));
   if (dims.size() != 4 || dims[0] > 1 || dims[0] == 0)
     return Bad(absl::StrCat("\"", name, "\" is no image of 1 x channels x height x width"));
   channels = dims[1];
@@ -317,7 +316,7 @@ absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& chann
 absl::Status ReadGraph(std::string_view bytes, NetModel& model) {
   int images = 0, answers = 0;
   int64_t of_answer = 0;
-  const absl::Status status = VisitFields(bytes, [&](const WireField& field) -> absl::Status {
+  WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
     if (field.kind != Kind::kBytes) return Unknown("the graph", field);
     switch (field.number) {
       case graph_field::kNode: {
@@ -345,20 +344,18 @@ absl::Status ReadGraph(std::string_view bytes, NetModel& model) {
       default:
         return Unknown("the graph", field);
     }
-  });
-  if (!status.ok()) return status;
+  }));
   return images == 1 && answers == 1 ? absl::OkStatus() : Bad("it takes no image, or gives no answer");
 }
 
 absl::Status ReadOpset(std::string_view bytes) {
   uint64_t version = 0;
   std::string domain;
-  absl::Status status = VisitFields(bytes, [&](const WireField& field) -> absl::Status {
+  WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
     if (field.number == opset_field::kVersion && field.kind == Kind::kNumber) version = field.value;
     if (field.number == opset_field::kDomain) return ReadName(field, domain);
     return field.number == opset_field::kVersion ? absl::OkStatus() : Unknown("an opset", field);
-  });
-  if (!status.ok()) return status;
+  }));
   if (domain.empty() && version >= kOldestOpset && version <= kNewestOpset) return absl::OkStatus();
   return Bad(absl::StrCat("opset ", version, domain.empty() ? "" : " of domain ", domain, ", expected ",
                           kOldestOpset, " to ", kNewestOpset));
@@ -369,7 +366,7 @@ absl::Status ReadOpset(std::string_view bytes) {
 absl::StatusOr<NetModel> ReadNetFields(std::string_view onnx) {
   NetModel model;
   int graphs = 0, opsets = 0;
-  const absl::Status status = VisitFields(onnx, [&](const WireField& field) -> absl::Status {
+  WEFT_RETURN_IF_ERROR(VisitFields(onnx, [&](const WireField& field) -> absl::Status {
     switch (field.number) {
       case model_field::kGraph:
         if (field.kind != Kind::kBytes || ++graphs > 1) return Bad("it has two graphs");
@@ -387,8 +384,7 @@ absl::StatusOr<NetModel> ReadNetFields(std::string_view onnx) {
       default:
         return Unknown("the model", field);
     }
-  });
-  if (!status.ok()) return status;
+  }));
   if (graphs == 0 || opsets == 0) return Bad("it has no graph, or no opset");
   return model;
 }

@@ -5,6 +5,8 @@
 
 #include <climits>
 
+#include "base/status_macros.h"
+
 namespace weft {
 
 absl::Status VisitFields(std::string_view message,
@@ -41,7 +43,7 @@ absl::Status VisitFields(std::string_view message,
         return damaged;
     }
     if (field.number == 0) return damaged;
-    if (absl::Status status = visit(field); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(visit(field));
   }
   // ReadTag gives 0 at the end, and for a tag that is none.
   return in.ConsumedEntireMessage() ? absl::OkStatus() : damaged;

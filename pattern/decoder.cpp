@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "base/status_macros.h"
 #include "pattern/view_decoder.h"
 
 namespace weft {
@@ -29,10 +30,9 @@ absl::Status DecodeOptions::Validate() const {
 
 absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& board,
                                         const DecodeOptions& options) {
-  const absl::StatusOr<std::unique_ptr<ViewDecoder>> view = ViewDecoder::Read(frame, board, options);
-  if (!view.ok()) return view.status();
-  (*view)->Decode();
-  return (*view)->TakeResult();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<ViewDecoder> view, ViewDecoder::Read(frame, board, options));
+  view->Decode();
+  return view->TakeResult();
 }
 
 }  // namespace weft

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/image/mosaic.h"
 #include "capture/image/picture_quality.h"
 #include "pattern/fit/view_noise.h"
@@ -55,7 +56,7 @@ bool ShowsNothing(const Frame& frame) {
 }
 
 absl::StatusOr<ColorImage> ReadColors(const Frame& frame, Exposure* exposure) {
-  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frame.Validate());
   if (frame.format == PixelFormat::kGrey8) {
     return absl::InvalidArgumentError(absl::StrCat(
         frame.origin.empty() ? "frame" : frame.origin,
@@ -176,9 +177,9 @@ std::optional<Observation> CornerAt(const BoardState& state, int row, int col) {
 
 absl::StatusOr<std::unique_ptr<ViewDecoder>> ViewDecoder::Read(const Frame& frame, const BoardIndex& board,
                                                                const DecodeOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   std::unique_ptr<ViewDecoder> view(new ViewDecoder(frame, board, options));
-  if (absl::Status status = view->ReadAgain(frame); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(view->ReadAgain(frame));
   return view;
 }
 
@@ -195,10 +196,9 @@ absl::Status ViewDecoder::ReadAgain(const Frame& frame) {
                                                    ": the image has another size than the one that was "
                                                    "decoded first"));
   }
-  absl::StatusOr<ColorImage> image = ReadColors(frame, &exposure_);
-  if (!image.ok()) return image.status();
+  WEFT_ASSIGN_OR_RETURN(ColorImage image, ReadColors(frame, &exposure_));
   fitter_.reset();
-  pyramid_ = Pyramid(*std::move(image), options_.levels);
+  pyramid_ = Pyramid(std::move(image), options_.levels);
   if (knows_inks_) MakeFitter();
   return absl::OkStatus();
 }
@@ -336,7 +336,7 @@ void ViewDecoder::Reject() {
 
 absl::StatusOr<std::vector<std::optional<WhyMissing>>> ViewDecoder::Find(
     const std::vector<PredictedCell>& predicted, const GuidedOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (!has_image()) return absl::FailedPreconditionError("the view's image was dropped; read it again");
   if (!fitter_ || state_.cells().size() < kLeastKnown) {
     return std::vector<std::optional<WhyMissing>>(predicted.size(), WhyMissing::kNoFit);

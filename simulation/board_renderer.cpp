@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/status_macros.h"
 #include "capture/calibration/tag_detection.h"
 
 namespace weft {
@@ -21,9 +22,8 @@ class Surface {
                                       const RigidPose& camera_from_board, const BoardLookOptions& look) {
     Surface out(board, warp, camera_from_board, look);
     for (const int tag : board.tag_ids) {
-      absl::StatusOr<std::vector<uint8_t>> modules = TagModules(board.family, tag);
-      if (!modules.ok()) return modules.status();
-      out.tags_.push_back(*std::move(modules));
+      WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> modules, TagModules(board.family, tag));
+      out.tags_.push_back(std::move(modules));
     }
     return out;
   }
@@ -175,12 +175,11 @@ absl::Status BoardLookOptions::Validate() const {
 
 absl::StatusOr<Frame> RenderBoards(const MovedTarget& moved, int frame, const CameraModel& camera,
                                    const BoardLookOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<std::vector<Surface>> surfaces = SurfacesOf(moved, frame, camera, options);
-  if (!surfaces.ok()) return surfaces.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(const std::vector<Surface> surfaces, SurfacesOf(moved, frame, camera, options));
   const Rays rays(camera);
   std::vector<Eigen::AlignedBox2d> bounds;
-  for (const Surface& surface : *surfaces) bounds.push_back(surface.Bounds(camera));
+  for (const Surface& surface : surfaces) bounds.push_back(surface.Bounds(camera));
   LinearImage image{camera.width_px, camera.height_px, {}};
   image.rgb.assign(size_t{3} * camera.width_px * camera.height_px, static_cast<float>(options.room));
   const int n = options.samples;
@@ -188,7 +187,7 @@ absl::StatusOr<Frame> RenderBoards(const MovedTarget& moved, int frame, const Ca
     for (int x = 0; x < camera.width_px; ++x) {
       std::vector<const Surface*> near;
       for (size_t s = 0; s < bounds.size(); ++s) {
-        if (bounds[s].contains(Eigen::Vector2d(x, y))) near.push_back(&(*surfaces)[s]);
+        if (bounds[s].contains(Eigen::Vector2d(x, y))) near.push_back(&surfaces[s]);
       }
       if (near.empty()) continue;
       double sum = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -148,7 +149,7 @@ absl::Status ClothOptions::Validate() const {
 }
 
 absl::StatusOr<Cloth> BuildCloth(const ClothOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   Cloth cloth;
   cloth.options = options;
   cloth.closed = options.shape == ClothShape::kTube;

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_word.h"
+#include "base/status_macros.h"
 #include "simulation/take_presets.h"
 #include "simulation/worn_garment.h"
 
@@ -77,22 +78,20 @@ absl::StatusOr<DatasetPreset> DatasetPresetNamed(std::string_view name) {
 }
 
 absl::StatusOr<SyntheticTakeOptions> DatasetTakeBase(const DatasetPreset& preset) {
-  absl::StatusOr<SyntheticTakeOptions> out = SyntheticPreset("shirt-drive", 1);
-  if (!out.ok()) return out.status();
-  out->name = std::string(preset.name);
-  out->performance.cell_mm = preset.cell_mm;
+  WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions out, SyntheticPreset("shirt-drive", 1));
+  out.name = std::string(preset.name);
+  out.performance.cell_mm = preset.cell_mm;
   return out;
 }
 
 absl::StatusOr<SyntheticTakeOptions> OptionsOf(const DatasetPreset& preset, const DatasetTake& take) {
-  absl::StatusOr<SyntheticTakeOptions> out = DatasetTakeBase(preset);
-  if (!out.ok()) return out.status();
-  PerformanceOptions& performance = out->performance;
+  WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions out, DatasetTakeBase(preset));
+  PerformanceOptions& performance = out.performance;
   performance.frames = take.frames;
-  absl::StatusOr<Motion> motion =
-      MakeMotion({take.motion, static_cast<double>(take.frames) / performance.fps + 1, 60, take.seed});
-  if (!motion.ok()) return motion.status();
-  performance.clip = std::make_shared<const Motion>(*std::move(motion));
+  WEFT_ASSIGN_OR_RETURN(
+      Motion motion,
+      MakeMotion({take.motion, static_cast<double>(take.frames) / performance.fps + 1, 60, take.seed}));
+  performance.clip = std::make_shared<const Motion>(std::move(motion));
   if (take.split == DatasetSplit::kChaos) performance.step_s = 0.9 * AutomaticStepS(performance);
   return out;
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
 #include "base/angles.h"
+#include "base/status_macros.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/random.h"
 
@@ -166,10 +167,9 @@ class PleatPath {
 };
 
 absl::StatusOr<FoldedCloth> Begin(const ClothOptions& shape) {
-  absl::StatusOr<Cloth> cloth = BuildCloth(shape);
-  if (!cloth.ok()) return cloth.status();
+  WEFT_ASSIGN_OR_RETURN(Cloth cloth, BuildCloth(shape));
   FoldedCloth out;
-  out.cloth = *std::move(cloth);
+  out.cloth = std::move(cloth);
   out.start_mm = out.cloth.rest.vertices_mm;
   return out;
 }

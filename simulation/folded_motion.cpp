@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/angles.h"
+#include "base/status_macros.h"
 #include "physics/garment_solver.h"
 #include "simulation/body_motion.h"
 #include "simulation/folded_cloth.h"
@@ -136,7 +137,7 @@ class FoldedPerformance : public PerformanceSource {
 
   absl::Status Settle(const std::function<void(double)>& on_progress) {
     while (time_s_ < 0) {
-      if (absl::Status status = Advance(std::min(0.0, time_s_ + 0.05)); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Advance(std::min(0.0, time_s_ + 0.05)));
       if (on_progress) on_progress(1 + time_s_ / options_.settle_s);
     }
     return absl::OkStatus();
@@ -144,7 +145,7 @@ class FoldedPerformance : public PerformanceSource {
 
   absl::StatusOr<PerformanceFrame> FrameAt(int frame) override {
     const double at_s = frame / options_.fps;
-    if (absl::Status status = Advance(at_s); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Advance(at_s));
     PerformanceFrame out;
     out.time_ns = std::llround(frame * 1e9 / options_.fps);
     out.vertices_mm = solver_.positions_mm();
@@ -217,10 +218,9 @@ bool IsFolded(GarmentKind kind) {
 
 absl::StatusOr<std::unique_ptr<PerformanceSource>> MoveFoldedCloth(
     const PerformanceOptions& options, const std::function<void(double)>& on_progress) {
-  absl::StatusOr<FoldedCloth> folded = Make(options);
-  if (!folded.ok()) return folded.status();
-  auto moved = std::make_unique<FoldedPerformance>(options, *std::move(folded));
-  if (absl::Status status = moved->Settle(on_progress); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(FoldedCloth folded, Make(options));
+  auto moved = std::make_unique<FoldedPerformance>(options, std::move(folded));
+  WEFT_RETURN_IF_ERROR(moved->Settle(on_progress));
   return moved;
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "simulation/panel_mesh.h"
 
 namespace weft {
@@ -129,11 +130,10 @@ absl::Status AddPanel(const Panel& panel, int index, const BoardPlace& place,
   std::vector<int> vertex_of_outline;
   for (const PanelEdge& edge : panel.outline) {
     const std::vector<Vec2> points = Resample(edge.path_mm, intervals.at(edge.seam));
-    absl::StatusOr<std::vector<int>> vertices = seams.Of(edge, index, points);
-    if (!vertices.ok()) return vertices.status();
+    WEFT_ASSIGN_OR_RETURN(std::vector<int> vertices, seams.Of(edge, index, points));
     for (size_t k = 0; k + 1 < points.size(); ++k) {
       outline.push_back(place.BoardOf(points[k]));
-      vertex_of_outline.push_back((*vertices)[k]);
+      vertex_of_outline.push_back(vertices[k]);
     }
   }
   absl::StatusOr<PanelMesh> mesh = MeshPanel(outline);
@@ -248,8 +248,7 @@ absl::StatusOr<SewnPanels> SewPanels(const std::vector<Panel>& panels, double ce
   Layout layout;
   for (size_t i = 0; i < panels.size(); ++i) {
     const BoardPlace place = layout.Place(panels[i], cell_mm);
-    absl::Status status = AddPanel(panels[i], static_cast<int>(i), place, intervals, seams, sewn);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddPanel(panels[i], static_cast<int>(i), place, intervals, seams, sewn));
   }
   sewn.garment.board_rows = layout.rows();
   sewn.garment.board_cols = layout.cols();

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
 #include "base/angles.h"
+#include "base/status_macros.h"
 #include "physics/garment_solver.h"
 #include "simulation/body_motion.h"
 #include "simulation/random.h"
@@ -133,14 +134,14 @@ class HungCloth : public PerformanceSource {
 
   absl::Status Settle(const std::function<void(double)>& on_progress) {
     while (time_s_ < 0) {
-      if (absl::Status status = Advance(std::min(0.0, time_s_ + 0.05)); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Advance(std::min(0.0, time_s_ + 0.05)));
       if (on_progress) on_progress(1 + time_s_ / options_.settle_s);
     }
     return absl::OkStatus();
   }
 
   absl::StatusOr<PerformanceFrame> FrameAt(int frame) override {
-    if (absl::Status status = Advance(frame / options_.fps); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Advance(frame / options_.fps));
     PerformanceFrame out;
     out.time_ns = std::llround(frame * 1e9 / options_.fps);
     out.vertices_mm = solver_.positions_mm();
@@ -198,10 +199,9 @@ ClothOptions ClothOptionsOf(const PerformanceOptions& o) {
 
 absl::StatusOr<std::unique_ptr<PerformanceSource>> HangCloth(const PerformanceOptions& options,
                                                              const std::function<void(double)>& on_progress) {
-  absl::StatusOr<Cloth> cloth = BuildCloth(ClothOptionsOf(options));
-  if (!cloth.ok()) return cloth.status();
-  auto hung = std::make_unique<HungCloth>(options, *std::move(cloth));
-  if (absl::Status status = hung->Settle(on_progress); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(Cloth cloth, BuildCloth(ClothOptionsOf(options)));
+  auto hung = std::make_unique<HungCloth>(options, std::move(cloth));
+  WEFT_RETURN_IF_ERROR(hung->Settle(on_progress));
   return hung;
 }
 

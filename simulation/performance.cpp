@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "simulation/folded_motion.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/performance_source.h"
@@ -95,25 +96,23 @@ const std::vector<Face>& Performance::body_faces() const { return source_->body_
 
 absl::StatusOr<Performance> Performance::Start(const PerformanceOptions& options,
                                                const std::function<void(double)>& on_progress) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<std::unique_ptr<PerformanceSource>> source =
-      IsWorn(options.garment)     ? WearGarment(options, on_progress)
-      : IsFolded(options.garment) ? MoveFoldedCloth(options, on_progress)
-                                  : HangCloth(options, on_progress);
-  if (!source.ok()) return source.status();
-  return Performance(options, *std::move(source));
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<PerformanceSource> source,
+                        IsWorn(options.garment)     ? WearGarment(options, on_progress)
+                        : IsFolded(options.garment) ? MoveFoldedCloth(options, on_progress)
+                                                    : HangCloth(options, on_progress));
+  return Performance(options, std::move(source));
 }
 
 absl::StatusOr<Performance> Performance::Resume(const PerformanceOptions& options, std::string_view state) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (!IsWorn(options.garment))
     return absl::UnimplementedError("performance: only a worn garment's motion is resumed from its state");
   int next = 0;
   if (state.size() < sizeof next) return absl::DataLossError("performance: the saved state is cut off");
   std::memcpy(&next, state.data(), sizeof next);
-  auto source = ResumeGarment(options, state.substr(sizeof next));
-  if (!source.ok()) return source.status();
-  Performance out(options, *std::move(source));
+  WEFT_ASSIGN_OR_RETURN(auto source, ResumeGarment(options, state.substr(sizeof next)));
+  Performance out(options, std::move(source));
   out.next_ = next;
   return out;
 }

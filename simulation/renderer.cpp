@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "simulation/random.h"
 
 namespace weft {
@@ -32,9 +33,8 @@ absl::Status CameraOptions::Validate() const {
 
 absl::StatusOr<Picture> RenderView(const StudioScene& scene, const CameraModel& camera,
                                    const CameraOptions& options, int64_t frame_number) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<TracedView> view = TraceView(scene, camera, options.tracing);
-  if (!view.ok()) return view.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(TracedView view, TraceView(scene, camera, options.tracing));
   const LensOptions lens = LensOf(options, scene, camera);
   if (lens.f_number > 0) {
     const auto radius_at = [&](double depth_mm) {
@@ -42,14 +42,14 @@ absl::StatusOr<Picture> RenderView(const StudioScene& scene, const CameraModel& 
     };
     // The room is blurred as the cloth, so that outlines spread to both sides alike.
     const float room_px = radius_at((camera.rotation * scene.CenterMm() + camera.translation_mm).z());
-    std::vector<float> radius_px(view->depth_mm.size());
-    std::transform(view->depth_mm.begin(), view->depth_mm.end(), radius_px.begin(),
+    std::vector<float> radius_px(view.depth_mm.size());
+    std::transform(view.depth_mm.begin(), view.depth_mm.end(), radius_px.begin(),
                    [&](float depth_mm) { return std::isinf(depth_mm) ? room_px : radius_at(depth_mm); });
-    BlurDefocus(radius_px, &view->image);
+    BlurDefocus(radius_px, &view.image);
   }
-  Vignette(lens.vignetting, &view->image);
-  BlurGaussian(lens.point_spread_sigma_px, &view->image);
-  return DevelopImage(view->image, options.sensor, camera.id, frame_number);
+  Vignette(lens.vignetting, &view.image);
+  BlurGaussian(lens.point_spread_sigma_px, &view.image);
+  return DevelopImage(view.image, options.sensor, camera.id, frame_number);
 }
 
 }  // namespace weft

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/angles.h"
+#include "base/status_macros.h"
 #include "simulation/random.h"
 
 namespace weft {
@@ -53,7 +54,7 @@ absl::Status StudioRigOptions::Validate() const {
 }
 
 absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const StudioRigOptions& o = options;
   const bool circle = o.around_deg >= 360;
   Rig rig;
@@ -94,7 +95,7 @@ absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions&
                          0};
     rig.cameras.push_back(camera);
   }
-  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(rig.Validate());
   return rig;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
+#include "base/status_macros.h"
 #include "simulation/random.h"
 
 namespace weft {
@@ -64,9 +65,8 @@ absl::StatusOr<StudioScene> StudioScene::Build(MovingMesh cloth, ClothPrint prin
   const bool moving = !cloth.velocities_mm_s.empty() || !body.velocities_mm_s.empty();
   Append(cloth, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
   Append(body, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
-  absl::StatusOr<RayScene> rays = RayScene::Build(fixed->places_mm, fixed->faces);
-  if (!rays.ok()) return rays.status();
-  fixed->rays = *std::move(rays);
+  WEFT_ASSIGN_OR_RETURN(RayScene rays, RayScene::Build(fixed->places_mm, fixed->faces));
+  fixed->rays = std::move(rays);
   LightUp(*fixed);
   StudioScene out;
   out.fixed_ = std::move(fixed);
@@ -89,9 +89,8 @@ absl::StatusOr<StudioScene> StudioScene::Exposed(double offset_s, double exposur
                          fixed_->faces.begin() + static_cast<std::ptrdiff_t>(fixed_->print.of_face.size()));
   out.rays_ = fixed_->rays;
   if (offset_s == 0 || velocities.empty()) return out;
-  absl::StatusOr<RayScene> rays = RayScene::Build(out.places_mm_, fixed_->faces);
-  if (!rays.ok()) return rays.status();
-  out.rays_ = *std::move(rays);
+  WEFT_ASSIGN_OR_RETURN(RayScene rays, RayScene::Build(out.places_mm_, fixed_->faces));
+  out.rays_ = std::move(rays);
   return out;
 }
 

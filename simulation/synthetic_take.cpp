@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "simulation/random.h"
 
 namespace weft {
@@ -67,61 +68,55 @@ absl::Status SyntheticTakeOptions::Validate() const {
 
 absl::StatusOr<SyntheticTake> SyntheticTake::Make(const SyntheticTakeOptions& options,
                                                   const std::function<void(double)>& on_progress) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<Performance> performance = Performance::Start(options.performance, on_progress);
-  if (!performance.ok()) return performance.status();
-  absl::StatusOr<PerformanceFrame> first = performance->Next();
-  if (!first.ok()) return first.status();
-  SyntheticTake take(*std::move(performance));
-  for (const Eigen::Vector3d& v : first->vertices_mm) take.first_box_mm_.extend(v);
-  take.first_ = *std::move(first);
-  if (absl::Status status = take.SetUp(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(Performance performance, Performance::Start(options.performance, on_progress));
+  WEFT_ASSIGN_OR_RETURN(PerformanceFrame first, performance.Next());
+  SyntheticTake take(std::move(performance));
+  for (const Eigen::Vector3d& v : first.vertices_mm) take.first_box_mm_.extend(v);
+  take.first_ = std::move(first);
+  WEFT_RETURN_IF_ERROR(take.SetUp(options));
   return take;
 }
 
 absl::StatusOr<SyntheticTake> SyntheticTake::Resume(const SyntheticTakeOptions& options,
                                                     std::string_view state) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   std::array<double, 6> box;
   if (state.size() < sizeof box) return absl::DataLossError("take: the saved state is cut off");
   std::memcpy(box.data(), state.data(), sizeof box);
-  absl::StatusOr<Performance> performance =
-      Performance::Resume(options.performance, state.substr(sizeof box));
-  if (!performance.ok()) return performance.status();
-  SyntheticTake take(*std::move(performance));
+  WEFT_ASSIGN_OR_RETURN(Performance performance,
+                        Performance::Resume(options.performance, state.substr(sizeof box)));
+  SyntheticTake take(std::move(performance));
   take.first_box_mm_ = Eigen::AlignedBox3d(Eigen::Vector3d(box.data()), Eigen::Vector3d(box.data() + 3));
   take.next_ = take.performance_.next();
-  if (absl::Status status = take.SetUp(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(take.SetUp(options));
   return take;
 }
 
 absl::StatusOr<std::string> SyntheticTake::SaveState() {
   if (first_) return absl::FailedPreconditionError("take: no frame was taken yet, so there is no state");
-  absl::StatusOr<std::string> state = performance_.SaveState();
-  if (!state.ok()) return state.status();
+  WEFT_ASSIGN_OR_RETURN(std::string state, performance_.SaveState());
   std::array<double, 6> box;
   Eigen::Map<Eigen::Vector3d>(box.data()) = first_box_mm_.min();
   Eigen::Map<Eigen::Vector3d>(box.data() + 3) = first_box_mm_.max();
-  return std::string(reinterpret_cast<const char*>(box.data()), sizeof box) + *state;
+  return std::string(reinterpret_cast<const char*>(box.data()), sizeof box) + state;
 }
 
 absl::Status SyntheticTake::SetUp(const SyntheticTakeOptions& options) {
   const Garment& garment = performance_.garment();
-  absl::StatusOr<Board> board =
-      GenerateBoard(garment.board_rows, garment.board_cols, garment.cell_mm, options.seed);
-  if (!board.ok()) return board.status();
-  board->id = options.name;
-  SplitBoard(garment, *board);
-  absl::StatusOr<Template> imported =
-      ImportTemplate(options.name, garment.rest, garment.cell_of_vertex, *board);
-  if (!imported.ok()) return imported.status();
+  WEFT_ASSIGN_OR_RETURN(Board board,
+                        GenerateBoard(garment.board_rows, garment.board_cols, garment.cell_mm, options.seed));
+  board.id = options.name;
+  SplitBoard(garment, board);
+  WEFT_ASSIGN_OR_RETURN(Template imported,
+                        ImportTemplate(options.name, garment.rest, garment.cell_of_vertex, board));
 
   options_ = options;
-  board_ = *std::move(board);
-  garment_ = *std::move(imported);
+  board_ = std::move(board);
+  garment_ = std::move(imported);
   for (const GarmentPart& part : garment.parts)
     garment_.garments.push_back({part.name, part.first_vertex, part.vertices, part.first_face, part.faces});
-  if (absl::Status chosen = ChooseShown(); !chosen.ok()) return chosen;
+  WEFT_RETURN_IF_ERROR(ChooseShown());
   return PlaceGarment();
 }
 
@@ -153,9 +148,8 @@ absl::Status SyntheticTake::PlaceGarment() {
   if (!options_.given_rig) {
     StudioRigOptions rig = options_.rig;
     rig.aim_mm += box.center();
-    absl::StatusOr<Rig> made = MakeStudioRig(options_.name, rig);
-    if (!made.ok()) return made.status();
-    rig_ = *std::move(made);
+    WEFT_ASSIGN_OR_RETURN(Rig made, MakeStudioRig(options_.name, rig));
+    rig_ = std::move(made);
     options_.look.room.center_mm = box.center().cast<float>();
     return absl::OkStatus();
   }
@@ -165,10 +159,9 @@ absl::Status SyntheticTake::PlaceGarment() {
   options_.look.room.center_mm = volume_mm.cast<float>();
   if (options_.crop_margin_mm < 0) return absl::OkStatus();
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(options_.crop_margin_mm);
-  absl::StatusOr<Rig> cropped =
-      CropRig(rig_, Eigen::AlignedBox3d(box.min() + place_mm_ - margin, box.max() + place_mm_ + margin));
-  if (!cropped.ok()) return cropped.status();
-  rig_ = *std::move(cropped);
+  WEFT_ASSIGN_OR_RETURN(Rig cropped, CropRig(rig_, Eigen::AlignedBox3d(box.min() + place_mm_ - margin,
+                                                                       box.max() + place_mm_ + margin)));
+  rig_ = std::move(cropped);
   return absl::OkStatus();
 }
 
@@ -182,11 +175,10 @@ absl::StatusOr<PerformanceFrame> SyntheticTake::NextMoment() {
 absl::Status SyntheticTake::Skip() { return NextMoment().status(); }
 
 absl::StatusOr<PerformanceFrame> SyntheticTake::NextCloth() {
-  absl::StatusOr<PerformanceFrame> moment = NextMoment();
-  if (!moment.ok()) return moment.status();
-  for (auto* part : {&moment->vertices_mm, &moment->body_vertices_mm})
+  WEFT_ASSIGN_OR_RETURN(PerformanceFrame moment, NextMoment());
+  for (auto* part : {&moment.vertices_mm, &moment.body_vertices_mm})
     for (Eigen::Vector3d& v : *part) v += place_mm_;
-  if (moment->pose) moment->pose->root_mm += place_mm_;
+  if (moment.pose) moment.pose->root_mm += place_mm_;
   return moment;
 }
 
@@ -197,19 +189,16 @@ Shot SyntheticTake::ShotOf(int frame, const std::string& camera_id) const {
 }
 
 absl::StatusOr<TakeFrame> SyntheticTake::Next() {
-  absl::StatusOr<PerformanceFrame> moment = NextMoment();
-  if (!moment.ok()) return moment.status();
-  MovingMesh cloth{{std::move(moment->vertices_mm), shown_faces_}, std::move(moment->velocities_mm_s)};
-  MovingMesh body{{std::move(moment->body_vertices_mm), performance_.body_faces()},
-                  std::move(moment->body_velocities_mm_s)};
+  WEFT_ASSIGN_OR_RETURN(PerformanceFrame moment, NextMoment());
+  MovingMesh cloth{{std::move(moment.vertices_mm), shown_faces_}, std::move(moment.velocities_mm_s)};
+  MovingMesh body{{std::move(moment.body_vertices_mm), performance_.body_faces()},
+                  std::move(moment.body_velocities_mm_s)};
   for (MovingMesh* part : {&cloth, &body})
     for (Eigen::Vector3d& v : part->mesh.vertices_mm) v += place_mm_;
-  const absl::StatusOr<StudioScene> scene =
-      StudioScene::Build(std::move(cloth), print_, board_, std::move(body), options_.look);
-  if (!scene.ok()) return scene.status();
-  absl::StatusOr<StudioScene> exposed = scene->Exposed(0, options_.shutter.exposure_ms / 1000);
-  if (!exposed.ok()) return exposed.status();
-  return TakeFrame{next_ - 1, moment->time_ns, *std::move(exposed)};
+  WEFT_ASSIGN_OR_RETURN(const StudioScene scene,
+                        StudioScene::Build(std::move(cloth), print_, board_, std::move(body), options_.look));
+  WEFT_ASSIGN_OR_RETURN(StudioScene exposed, scene.Exposed(0, options_.shutter.exposure_ms / 1000));
+  return TakeFrame{next_ - 1, moment.time_ns, std::move(exposed)};
 }
 
 absl::StatusOr<FilmedView> SyntheticTake::Film(const TakeFrame& frame, int camera) const {
@@ -222,15 +211,13 @@ absl::StatusOr<FilmedView> SyntheticTake::Film(const TakeFrame& frame, int camer
   if (shot.lost) return out;
   std::optional<StudioScene> own;
   if (offset_ms != 0) {
-    absl::StatusOr<StudioScene> moved =
-        frame.scene.Exposed(offset_ms / 1000, options_.shutter.exposure_ms / 1000);
-    if (!moved.ok()) return moved.status();
-    own = *std::move(moved);
+    WEFT_ASSIGN_OR_RETURN(StudioScene moved,
+                          frame.scene.Exposed(offset_ms / 1000, options_.shutter.exposure_ms / 1000));
+    own = std::move(moved);
   }
   const StudioScene& scene = own ? *own : frame.scene;
-  absl::StatusOr<Picture> picture = RenderView(scene, model, options_.camera, frame.index);
-  if (!picture.ok()) return picture.status();
-  out.picture = *std::move(picture);
+  WEFT_ASSIGN_OR_RETURN(Picture picture, RenderView(scene, model, options_.camera, frame.index));
+  out.picture = std::move(picture);
   out.truth = FindViewTruth(scene.mesh(), locator_, scene.rays(), model);
   return out;
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/angles.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -206,21 +207,20 @@ std::vector<Panel> TShirtPanels(double cell_mm, const ShirtCut& cut) {
 
 absl::StatusOr<Outfit> MakeTShirt(double cell_mm, const ShirtCut& cut) {
   const std::vector<Panel> panels = TShirtPanels(cell_mm, cut);
-  absl::StatusOr<SewnPanels> sewn = SewPanels(panels, cell_mm);
-  if (!sewn.ok()) return sewn.status();
+  WEFT_ASSIGN_OR_RETURN(SewnPanels sewn, SewPanels(panels, cell_mm));
   Outfit out;
-  out.start_mm.assign(sewn->place_of_vertex.size(), Vector3d::Zero());
+  out.start_mm.assign(sewn.place_of_vertex.size(), Vector3d::Zero());
   for (size_t v = 0; v < out.start_mm.size(); ++v) {
-    const PanelPlace& place = sewn->place_of_vertex[v];
+    const PanelPlace& place = sewn.place_of_vertex[v];
     if (place.panel <= 1) out.start_mm[v] = TrunkStart(place.at_mm, place.panel == 1, cut);
   }
-  const SleeveStart left(*sewn, -1, "L", out.start_mm), right(*sewn, 1, "R", out.start_mm);
-  const std::vector<int>&front = sewn->of_seam.at("neck_front"), &back = sewn->of_seam.at("neck_back");
+  const SleeveStart left(sewn, -1, "L", out.start_mm), right(sewn, 1, "R", out.start_mm);
+  const std::vector<int>&front = sewn.of_seam.at("neck_front"), &back = sewn.of_seam.at("neck_back");
   const double front_mm = LengthMm(panels[4].outline[0].path_mm),
                back_mm = LengthMm(panels[4].outline[1].path_mm);
   const double height = CollarHeight(cell_mm);
   for (size_t v = 0; v < out.start_mm.size(); ++v) {
-    const auto& [panel, at] = sewn->place_of_vertex[v];
+    const auto& [panel, at] = sewn.place_of_vertex[v];
     if (panel == 2) out.start_mm[v] = left.At(at);
     if (panel == 3) out.start_mm[v] = right.At(at);
     if (panel != 4) continue;
@@ -230,7 +230,7 @@ absl::StatusOr<Outfit> MakeTShirt(double cell_mm, const ShirtCut& cut) {
                          : Along(back, out.start_mm, share_back * static_cast<double>(back.size() - 1));
     out.start_mm[v] = foot + (1 - at.y() / height) * Vector3d(-0.12 * foot.x(), -height, -0.15 * foot.z());
   }
-  out.sewn = *std::move(sewn);
+  out.sewn = std::move(sewn);
   return out;
 }
 
@@ -249,10 +249,9 @@ std::vector<Panel> SkirtPanels() {
 }
 
 absl::StatusOr<Outfit> MakeSkirt(double cell_mm) {
-  absl::StatusOr<SewnPanels> sewn = SewPanels(SkirtPanels(), cell_mm);
-  if (!sewn.ok()) return sewn.status();
+  WEFT_ASSIGN_OR_RETURN(SewnPanels sewn, SewPanels(SkirtPanels(), cell_mm));
   Outfit out;
-  for (const auto& [panel, at] : sewn->place_of_vertex) {
+  for (const auto& [panel, at] : sewn.place_of_vertex) {
     const double down = at.y() / kSkirtLength, half_width = kWaist + down * (kSkirtHem - kWaist);
     const double angle = std::numbers::pi / 2 * at.x() / half_width, side = panel == 0 ? 1 : -1;
     // Half an ellipse each, as wide as the cloth.
@@ -261,10 +260,10 @@ absl::StatusOr<Outfit> MakeSkirt(double cell_mm) {
                               -side * 110 * scale * std::cos(angle));
   }
   for (const char* border : {"waist_front", "waist_back"})
-    for (const int v : sewn->of_seam.at(border)) out.waist.push_back(v);
+    for (const int v : sewn.of_seam.at(border)) out.waist.push_back(v);
   std::sort(out.waist.begin(), out.waist.end());
   out.waist.erase(std::unique(out.waist.begin(), out.waist.end()), out.waist.end());
-  out.sewn = *std::move(sewn);
+  out.sewn = std::move(sewn);
   return out;
 }
 

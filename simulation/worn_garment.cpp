@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/untangle.h"
+#include "base/status_macros.h"
 #include "figure/hand.h"
 #include "figure/joint_angles.h"
 #include "physics/garment_solver.h"
@@ -87,7 +88,7 @@ class WornGarment : public PerformanceSource {
     const double from = time_s_;
     while (time_s_ < 0) {
       const double until = std::min(0.0, time_s_ + 0.05);
-      if (absl::Status status = Advance(until); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Advance(until));
       if (on_progress) on_progress(1 - time_s_ / from);
     }
     garment_.rest.vertices_mm = solver_->positions_mm();
@@ -115,7 +116,7 @@ class WornGarment : public PerformanceSource {
 
   absl::StatusOr<PerformanceFrame> FrameAt(int frame) override {
     const double at_s = frame / options_.fps;
-    if (absl::Status status = Advance(at_s); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Advance(at_s));
     PerformanceFrame out;
     out.time_ns = std::llround(frame * 1e9 / options_.fps);
     out.vertices_mm = solver_->positions_mm();
@@ -323,14 +324,12 @@ absl::StatusOr<std::vector<Vector3d>> WornCoarsely(PerformanceOptions options, c
                                                    const std::function<void(double)>& on_progress) {
   options.cell_mm *= 2;
   options.step_s = 0;
-  const absl::StatusOr<Outfit> outfit = MakeOutfit(options);
-  if (!outfit.ok()) return outfit.status();
-  const absl::StatusOr<std::unique_ptr<PerformanceSource>> worn = WearGarment(options, on_progress);
-  if (!worn.ok()) return worn.status();
-  std::vector<Vector3d> out = PositionsOn(outfit->sewn, (*worn)->garment().rest.vertices_mm, fine);
-  const auto untangled = RemoveSelfIntersections(fine.garment.rest.faces, {}, UntangleOptions(), &out);
-  if (!untangled.ok()) return untangled.status();
-  if (untangled->pairs_after > 0) out.clear();
+  WEFT_ASSIGN_OR_RETURN(const Outfit outfit, MakeOutfit(options));
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<PerformanceSource> worn, WearGarment(options, on_progress));
+  std::vector<Vector3d> out = PositionsOn(outfit.sewn, worn->garment().rest.vertices_mm, fine);
+  WEFT_ASSIGN_OR_RETURN(const auto untangled,
+                        RemoveSelfIntersections(fine.garment.rest.faces, {}, UntangleOptions(), &out));
+  if (untangled.pairs_after > 0) out.clear();
   return out;
 }
 
@@ -344,30 +343,27 @@ double AutomaticStepS(const PerformanceOptions& options) {
 
 absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
     const PerformanceOptions& options, const std::function<void(double)>& on_progress) {
-  absl::StatusOr<Outfit> outfit = MakeOutfit(options);
-  if (!outfit.ok()) return outfit.status();
+  WEFT_ASSIGN_OR_RETURN(Outfit outfit, MakeOutfit(options));
   const auto report = [&](double from, double to) -> std::function<void(double)> {
     if (!on_progress) return {};
     return [=](double share) { on_progress(from + share * (to - from)); };
   };
   std::vector<Vector3d> worn_mm;
   if (options.cell_mm < kFinelyPutOnMm) {
-    auto coarsely = WornCoarsely(options, outfit->sewn, report(0, 0.5));
-    if (!coarsely.ok()) return coarsely.status();
-    worn_mm = *std::move(coarsely);
+    WEFT_ASSIGN_OR_RETURN(auto coarsely, WornCoarsely(options, outfit.sewn, report(0, 0.5)));
+    worn_mm = std::move(coarsely);
   }
   const double done = worn_mm.empty() ? 0 : 0.5;
-  auto worn = std::make_unique<WornGarment>(options, *std::move(outfit), std::move(worn_mm));
-  if (absl::Status status = worn->Dress(report(done, 1)); !status.ok()) return status;
+  auto worn = std::make_unique<WornGarment>(options, std::move(outfit), std::move(worn_mm));
+  WEFT_RETURN_IF_ERROR(worn->Dress(report(done, 1)));
   return worn;
 }
 
 absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const PerformanceOptions& options,
                                                                  std::string_view state) {
-  absl::StatusOr<Outfit> outfit = MakeOutfit(options);
-  if (!outfit.ok()) return outfit.status();
-  auto worn = std::make_unique<WornGarment>(options, *std::move(outfit));
-  if (absl::Status status = worn->Restore(state); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(Outfit outfit, MakeOutfit(options));
+  auto worn = std::make_unique<WornGarment>(options, std::move(outfit));
+  WEFT_RETURN_IF_ERROR(worn->Restore(state));
   return worn;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "pattern/board/joint_board.h"
 
 namespace weft {
@@ -61,13 +62,11 @@ Outfit WearTogether(std::vector<std::pair<std::string, Outfit>> garments) {
 }
 
 absl::StatusOr<Outfit> MakeShirtAndSkirt(double cell_mm) {
-  absl::StatusOr<Outfit> skirt = MakeSkirt(cell_mm);
-  if (!skirt.ok()) return skirt.status();
-  absl::StatusOr<Outfit> shirt = MakeTShirt(cell_mm, {480, 256, true});
-  if (!shirt.ok()) return shirt.status();
+  WEFT_ASSIGN_OR_RETURN(Outfit skirt, MakeSkirt(cell_mm));
+  WEFT_ASSIGN_OR_RETURN(Outfit shirt, MakeTShirt(cell_mm, {480, 256, true}));
   std::vector<std::pair<std::string, Outfit>> garments;
-  garments.emplace_back("skirt", *std::move(skirt));
-  garments.emplace_back("shirt", *std::move(shirt));
+  garments.emplace_back("skirt", std::move(skirt));
+  garments.emplace_back("shirt", std::move(shirt));
   return WearTogether(std::move(garments));
 }
 

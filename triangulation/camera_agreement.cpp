@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "triangulation/exchange_search.h"
 
 namespace weft {
@@ -285,15 +286,14 @@ std::vector<ViewObservations> Sample(const std::vector<ViewObservations>& views)
 absl::StatusOr<std::vector<CameraAgreement>> MeasureSampledAgreement(
     const Rig& rig, const std::vector<ViewObservations>& views, const TriangulationOptions& options) {
   const std::vector<ViewObservations> sampled = Sample(views);
-  const absl::StatusOr<Cloud> cloud = Triangulate(rig, sampled, options);
-  if (!cloud.ok()) return cloud.status();
-  return MeasureCameraAgreement(rig, sampled, *cloud, options);
+  WEFT_ASSIGN_OR_RETURN(const Cloud cloud, Triangulate(rig, sampled, options));
+  return MeasureCameraAgreement(rig, sampled, cloud, options);
 }
 
 absl::StatusOr<std::vector<CameraAgreement>> MeasureCameraAgreement(
     const Rig& rig, const std::vector<ViewObservations>& views, const Cloud& cloud,
     const TriangulationOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   std::vector<CameraAgreement> agreements(rig.cameras.size());
   for (const ViewObservations& view : views) {
     if (view.camera < 0 || view.camera >= static_cast<int>(rig.cameras.size()))

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "triangulation/consensus.h"
 #include "triangulation/node_index.h"
 #include "triangulation/sight.h"
@@ -125,7 +126,7 @@ absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
                                                           const std::vector<ViewObservations>& views,
                                                           const Cloud& cloud,
                                                           const TriangulationOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const int cameras = static_cast<int>(rig.cameras.size());
   const size_t step = std::max<size_t>(1, (cloud.points.size() + kMaxNodes - 1) / kMaxNodes);
   std::set<BoardNode> wanted;

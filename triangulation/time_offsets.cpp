@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -300,7 +301,7 @@ absl::Status TimeOffsetOptions::Validate() const {
 
 absl::StatusOr<std::vector<TimeOffset>> FindTimeOffsets(const Rig& rig, const std::vector<CameraFilm>& films,
                                                         const TimeOffsetOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (films.size() < 2)
     return absl::InvalidArgumentError("offsets are between cameras: two films are needed");
   for (const CameraFilm& film : films)

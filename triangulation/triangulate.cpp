@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "triangulation/group_solver.h"
 #include "triangulation/ray_groups.h"
 
@@ -111,22 +112,21 @@ absl::Status TwoViewOptions::Validate() const {
 }
 
 absl::Status TriangulationOptions::Validate() const {
-  if (absl::Status status = consensus.Validate(); !status.ok()) return status;
-  if (absl::Status status = two_view.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(consensus.Validate());
+  WEFT_RETURN_IF_ERROR(two_view.Validate());
   return refinement.Validate();
 }
 
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<RayGroups> groups = RayGroups::Build(rig, views, options);
-  if (!groups.ok()) return groups.status();
-  SolvedBlocks solved(groups->parts());
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(const RayGroups groups, RayGroups::Build(rig, views, options));
+  SolvedBlocks solved(groups.parts());
   std::atomic<bool> in_order = true;
-  tbb::parallel_for(size_t{0}, groups->parts(), [&](size_t part) {
+  tbb::parallel_for(size_t{0}, groups.parts(), [&](size_t part) {
     RayGroup group;
-    RayGroupReader reader(*groups, part);
-    GroupSolver solver(options, groups->cameras());
+    RayGroupReader reader(groups, part);
+    GroupSolver solver(options, groups.cameras());
     solved[part].reserve(reader.most_observations());
     while (reader.in_order() && reader.Next(&group)) solver.Solve(group, &solved[part]);
     if (!reader.in_order()) in_order = false;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -200,7 +201,7 @@ absl::Status PanelOptions::Validate() const {
 
 absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, double cell_mm,
                                        const PanelOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (grids.empty()) return absl::InvalidArgumentError("no cloud to find panels in");
   BoardPanels panels{grids[0].rows, grids[0].cols, 0, {}};
   const std::vector<bool> seen = SeenInAny(grids);
@@ -238,7 +239,7 @@ absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, doubl
 absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint8_t>& labels,
                                              const std::vector<CellGrid>& grids, double cell_mm,
                                              const PanelOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (grids.empty()) return absl::InvalidArgumentError("no cloud to find panels in");
   BoardPanels panels{grids[0].rows, grids[0].cols, 0, {}};
   if (labels.size() != grids[0].seen.size()) {

@@ -15,6 +15,7 @@
 #include "alignment/template_build/template_checks.h"
 #include "alignment/template_build/zipper.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -92,17 +93,16 @@ class Builder {
   }
 
   absl::Status FindSheet() {
-    const absl::StatusOr<BoardPanels> panels =
+    WEFT_ASSIGN_OR_RETURN(
+        const BoardPanels panels,
         sources_.panel_labels.empty()
             ? FindPanels(grids_, built_.parts.cell_mm, options_.panels)
-            : PanelsFromLabels(sources_.panel_labels, grids_, built_.parts.cell_mm, options_.panels);
-    if (!panels.ok()) return panels.status();
-    built_.filled_cells = panels->filled_cells;
-    built_.speck_cells = panels->speck_cells;
-    absl::StatusOr<PanelSheet> sheet =
-        MakePanelSheet(*panels, built_.parts.cell_mm, options_.panels.min_panel_cells);
-    if (!sheet.ok()) return sheet.status();
-    built_.sheet = *std::move(sheet);
+            : PanelsFromLabels(sources_.panel_labels, grids_, built_.parts.cell_mm, options_.panels));
+    built_.filled_cells = panels.filled_cells;
+    built_.speck_cells = panels.speck_cells;
+    WEFT_ASSIGN_OR_RETURN(PanelSheet sheet,
+                          MakePanelSheet(panels, built_.parts.cell_mm, options_.panels.min_panel_cells));
+    built_.sheet = std::move(sheet);
     built_.parts.panels = DescribePanels(built_.sheet);
     return absl::OkStatus();
   }
@@ -158,12 +158,11 @@ class Builder {
       const int before = std::exchange(open_points, OpenPoints(borders));
       const bool settled = round > 0 && open_points >= before;
       if (open_points > 0 && !settled && round < kMostRounds) {
-        if (absl::Status status = PullTogether(); !status.ok()) return status;
+        WEFT_RETURN_IF_ERROR(PullTogether());
         continue;
       }
-      if (absl::Status status = CheckSewnTogether(built_.sheet, built_.parts.seams); !status.ok())
-        return status;
-      if (absl::Status status = AssessNearSeams(borders); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckSewnTogether(built_.sheet, built_.parts.seams));
+      WEFT_RETURN_IF_ERROR(AssessNearSeams(borders));
       if (!shown_.empty()) RestoreWidths(shown_, &lifts_[0], &built_.parts.seams);
       faces_ = built_.sheet.flat.faces;
       const std::vector<Face> strips =
@@ -218,22 +217,20 @@ class Builder {
       for (const int v : loop) loose[v] = true;
     }
     const std::vector<int> rings = RingDistance(BuildMeshGraph(built_.sheet.flat), loose);
-    const absl::StatusOr<Borders> borders = FindBorders();
-    if (!borders.ok()) return borders.status();
+    WEFT_ASSIGN_OR_RETURN(const Borders borders, FindBorders());
     RestShapeProblem problem = RestProblem();
     // What lies between seams pulls as well.
-    for (size_t i = borders->openings; i < borders->all.size(); ++i) {
+    for (size_t i = borders.openings; i < borders.all.size(); ++i) {
       const absl::StatusOr<std::vector<Face>> filling =
-          FillHole(borders->all[i].loop, lifts_[0].position_mm, problem.faces);
+          FillHole(borders.all[i].loop, lifts_[0].position_mm, problem.faces);
       if (filling.ok()) problem.faces.insert(problem.faces.end(), filling->begin(), filling->end());
     }
     problem.fixed.resize(loose.size());
     for (size_t v = 0; v < loose.size(); ++v) problem.fixed[v] = rings[v] < 0 || rings[v] > kRings;
-    absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, kPulledSeams);
-    if (!pulled_mm.ok()) return pulled_mm.status();
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> pulled_mm, RefineRestShape(problem, kPulledSeams));
     if (shown_.empty()) shown_ = lifts_;
     lifts_.resize(1);
-    lifts_[0].position_mm = *std::move(pulled_mm);
+    lifts_[0].position_mm = std::move(pulled_mm);
     return absl::OkStatus();
   }
 
@@ -299,12 +296,11 @@ class Builder {
   }
 
   absl::Status CloseHoles() {
-    const absl::StatusOr<Borders> borders = FindBorders();
-    if (!borders.ok()) return borders.status();
-    for (size_t i = 0; i < borders->all.size(); ++i) {
-      const TemplateBorder& border = borders->all[i];
+    WEFT_ASSIGN_OR_RETURN(const Borders borders, FindBorders());
+    for (size_t i = 0; i < borders.all.size(); ++i) {
+      const TemplateBorder& border = borders.all[i];
       absl::StatusOr<std::vector<Face>> filling;
-      const bool closes = i >= borders->openings && border.length_mm <= MaxHoleMm(border);
+      const bool closes = i >= borders.openings && border.length_mm <= MaxHoleMm(border);
       if (closes)
         filling = FillWhereSeamsMeet(border.loop, faces_, built_.parts.cell_mm, &lifts_[0], &beside_corners_);
       if (!closes || !filling.ok()) {
@@ -350,10 +346,10 @@ class Builder {
     parts.panel_faces = problem.panel_faces;
     parts.expected_openings = options_.openings;
     parts.board_rows = board_.rows, parts.board_cols = board_.cols;
-    absl::StatusOr<Template> garment = ImportTemplate(
-        options_.id, {*std::move(rest_mm), std::move(problem.faces)}, std::move(nodes), board_);
-    if (!garment.ok()) return garment.status();
-    built_.garment = *std::move(garment);
+    WEFT_ASSIGN_OR_RETURN(Template garment,
+                          ImportTemplate(options_.id, {*std::move(rest_mm), std::move(problem.faces)},
+                                         std::move(nodes), board_));
+    built_.garment = std::move(garment);
     return absl::OkStatus();
   }
 

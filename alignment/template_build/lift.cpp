@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -91,14 +92,12 @@ absl::StatusOr<LiftedPanels> PanelLifter::Lift(const CellGrid& grid, double cell
   Deformation state{points, {}};
   for (int round = 0;; ++round) {
     // Panels without a place stay on the board.
-    if (absl::Status status = LaplacianFill(graph_, lifted.seen, &state.position_mm); !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(LaplacianFill(graph_, lifted.seen, &state.position_mm));
     state.rotation.resize(vertices);
     for (size_t v = 0; v < vertices; ++v) {
       state.rotation[v] = RotationAt(graph_, sheet_.flat.vertices_mm, state.position_mm, static_cast<int>(v));
     }
-    if (absl::Status status = Solve(lifted, points, &state); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Solve(lifted, points, &state));
     if (round == kOutlierRounds ||
         SetOutliersAside(points, kOutlierRatio, kOutlierPitches * cell_mm, state, &lifted) == 0) {
       break;

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -93,7 +94,7 @@ absl::StatusOr<MeshTopology> CheckTopology(int vertices, const std::vector<Face>
     border_to[from] = to;
     ++borders;
   }
-  if (absl::Status status = CheckFans(vertices, faces, border_to); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckFans(vertices, faces, border_to));
   topology.edges = (static_cast<int>(directed_edges.size()) + borders) / 2;
 
   std::vector<int> parent(vertices);

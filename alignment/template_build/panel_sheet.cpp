@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/template_build/mesh_topology.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -141,10 +142,9 @@ absl::StatusOr<PanelSheet> MakePanelSheet(const BoardPanels& panels, double cell
     if (!active[face[0]]) continue;
     sheet.flat.faces.push_back({vertex_of_cell[face[0]], vertex_of_cell[face[1]], vertex_of_cell[face[2]]});
   }
-  absl::StatusOr<MeshTopology> topology =
-      CheckTopology(static_cast<int>(sheet.cell_of_vertex.size()), sheet.flat.faces);
-  if (!topology.ok()) return topology.status();
-  sheet.loops = std::move(topology->loops);
+  WEFT_ASSIGN_OR_RETURN(MeshTopology topology,
+                        CheckTopology(static_cast<int>(sheet.cell_of_vertex.size()), sheet.flat.faces));
+  sheet.loops = std::move(topology.loops);
   return sheet;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/status_macros.h"
+
 namespace weft {
 namespace {
 
@@ -154,7 +156,7 @@ absl::Status RestShapeOptions::Validate() const {
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProblem& problem,
                                                              const RestShapeOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const int vertices = static_cast<int>(problem.start_mm.size());
   const std::vector<Spring> springs = SpringsOf(problem, options);
   const Sparse graph =

@@ -9,6 +9,7 @@
 #include "alignment/untangle/self_intersection.h"
 #include "alignment/untangle/untangle_patch.h"
 #include "alignment/untangle/untangle_push.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -324,8 +325,8 @@ class Untangler {
 absl::StatusOr<UntangleReport> Remove(const std::vector<Face>& faces, std::span<const float> sigma_mm,
                                       std::vector<double> bound_mm, const UntangleOptions& options,
                                       std::vector<Eigen::Vector3d>* vertices_mm) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckUntanglingInput(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CheckUntanglingInput(faces, sigma_mm, *vertices_mm));
   IntersectingPairs intersecting = FindIntersectingPairs(*vertices_mm, faces);
   const int pairs = static_cast<int>(intersecting.apart.size());
   const int vertex_pairs = static_cast<int>(intersecting.at_vertex.size());

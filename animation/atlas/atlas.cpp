@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "alignment/template_build/chart_packing.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -112,7 +113,7 @@ struct Atlas::Layout {
 };
 
 absl::StatusOr<Atlas> Atlas::Build(const Template& garment, const AtlasOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   Atlas out;
   Layout layout;
   layout.graph = BuildMeshGraph(garment.rest);

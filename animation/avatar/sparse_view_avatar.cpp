@@ -5,6 +5,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -52,7 +53,7 @@ bool AvatarNet::IsOfUse() const {
 }
 
 absl::Status SparseViewAvatar::Validate() const {
-  if (absl::Status status = space.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(space.Validate());
   const size_t vertices = static_cast<size_t>(space.vertices);
   if (!(fps > 0) || !std::isfinite(fps)) return BadAvatar("fps must be positive");
   if (acceleration.size() != space.sigma_mm.size() || !AllPositive(acceleration))
@@ -84,7 +85,7 @@ absl::Status CheckLearntWith(const std::string& template_hash, const std::string
 }
 
 absl::Status SparseViewAvatar::CheckFits(const Template& garment) const {
-  if (absl::Status status = CheckLearntWith(template_hash, board_hash, garment); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckLearntWith(template_hash, board_hash, garment));
   if (static_cast<size_t>(space.vertices) != garment.rest.vertices_mm.size())
     return absl::FailedPreconditionError(absl::StrCat(
         "the avatar has ", space.vertices, " vertices, the template ", garment.rest.vertices_mm.size()));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "animation/shape/edge_ways.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -73,7 +74,7 @@ absl::Status GraphOptions::Validate() const {
 
 absl::StatusOr<DeformationGraph> BuildDeformationGraph(const TriangleMesh& rest, const MeshGraph& graph,
                                                        const GraphOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (graph.vertices < 2) return absl::InvalidArgumentError("graph: the mesh has fewer than two vertices");
   const std::vector<Eigen::Vector3d>& points = rest.vertices_mm;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -25,10 +26,10 @@ absl::Status BadPixelAvatar(const std::string& what) {
 }  // namespace
 
 absl::Status PixelAvatar::Validate() const {
-  if (absl::Status status = graph.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(graph.Validate());
   if (prior.nodes() < 2 || prior.nodes() > graph.nodes)
     return BadPixelAvatar("it has a prior of another graph");
-  if (absl::Status status = prior.Validate(prior.nodes()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(prior.Validate(prior.nodes()));
   if (!(fps > 0) || !std::isfinite(fps)) return BadPixelAvatar("fps must be positive");
   if (!(left_mm >= 0) || !std::isfinite(left_mm)) return BadPixelAvatar("left_mm must not be negative");
   if (net.empty()) return BadPixelAvatar("it has no net");

@@ -8,6 +8,7 @@
 #include "animation/sparse_view/driving_features.h"
 #include "animation/sparse_view/net_correction.h"
 #include "animation/sparse_view/sparse_view_driver.h"
+#include "base/status_macros.h"
 
 namespace weft {
 
@@ -55,16 +56,13 @@ absl::StatusOr<PixelDriver> PixelDriver::Create(const Template& garment, PixelAv
   if (status.ok()) status = avatar.Validate();
   if (status.ok()) status = options.Validate();
   if (!status.ok()) return status;
-  absl::StatusOr<DeformationGraph> graph =
-      BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), avatar.graph);
-  if (!graph.ok()) return graph.status();
-  if (status = avatar.prior.Validate(graph->nodes()); !status.ok()) return status;
-  absl::StatusOr<Atlas> atlas = Atlas::Build(garment, avatar.net.atlas);
-  if (!atlas.ok()) return atlas.status();
-  absl::StatusOr<Net> net = LoadNet(avatar.net, kPixelAnswers);
-  if (!net.ok()) return net.status();
-  auto state = std::make_unique<State>(State{std::move(avatar), *std::move(graph), NodeVertices(garment),
-                                             *std::move(atlas), *std::move(net), std::nullopt});
+  WEFT_ASSIGN_OR_RETURN(DeformationGraph graph,
+                        BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), avatar.graph));
+  if (status = avatar.prior.Validate(graph.nodes()); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, avatar.net.atlas));
+  WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, kPixelAnswers));
+  auto state = std::make_unique<State>(State{std::move(avatar), std::move(graph), NodeVertices(garment),
+                                             std::move(atlas), std::move(net), std::nullopt});
   state->tracker.emplace(state->graph, state->avatar.prior, options);
   return PixelDriver(std::move(state));
 }
@@ -73,19 +71,17 @@ absl::StatusOr<PixelDrivenFrame> PixelDriver::Drive(std::span<const DrivingView>
   if (views.size() != kPixelCameras)
     return absl::InvalidArgumentError(
         absl::StrCat("an avatar of pixels is driven by ", kPixelCameras, " cameras, not by ", views.size()));
-  const absl::StatusOr<std::vector<VertexRay>> rays =
-      RaysOf(views, state_->nodes, SparseViewOptions().cloth_sigma_px);
-  if (!rays.ok()) return rays.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<VertexRay> rays,
+                        RaysOf(views, state_->nodes, SparseViewOptions().cloth_sigma_px));
   PixelDrivenFrame out;
-  const TrackedGraph track = state_->tracker->Follow(*rays);
+  const TrackedGraph track = state_->tracker->Follow(rays);
   out.lost = track.lost;
   if (out.lost) return out;
   out.carrier_mm = state_->tracker->MeshOf(track.state);
   AtlasImage image =
       state_->atlas.Gather(PixelFeatures(views, state_->nodes, out.carrier_mm), kPixelFeatures);
-  const absl::StatusOr<AtlasImage> answer = AskNet(state_->net, std::move(image), kPixelAnswers);
-  if (!answer.ok()) return answer.status();
-  const std::vector<float> values = state_->atlas.Scatter(*answer);
+  WEFT_ASSIGN_OR_RETURN(const AtlasImage answer, AskNet(state_->net, std::move(image), kPixelAnswers));
+  const std::vector<float> values = state_->atlas.Scatter(answer);
   for (size_t v = 0; v < out.carrier_mm.size(); ++v)
     out.position_mm.push_back(out.carrier_mm[v] + kAnswerUnitMm * Eigen::Vector3d(values[3 * v],
                                                                                   values[3 * v + 1],

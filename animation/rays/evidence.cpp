@@ -7,13 +7,14 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
 
 absl::Status CheckView(const DrivingView& view) {
   if (view.camera == nullptr) return absl::InvalidArgumentError("a view without camera");
-  if (absl::Status status = view.camera->Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(view.camera->Validate());
   for (const Observation& o : view.observations) {
     if (std::isfinite(o.x_px) && std::isfinite(o.y_px) && o.sigma_px >= 0 && std::isfinite(o.sigma_px))
       continue;
@@ -95,8 +96,7 @@ std::vector<int> PlacesByName(std::span<const DrivingView> views) {
 
 absl::StatusOr<std::vector<VertexRay>> RaysOf(std::span<const DrivingView> views, const NodeVertices& nodes,
                                               double cloth_sigma_px) {
-  for (const DrivingView& view : views)
-    if (absl::Status status = CheckView(view); !status.ok()) return status;
+  for (const DrivingView& view : views) WEFT_RETURN_IF_ERROR(CheckView(view));
   const std::vector<int> order = OrderByName(views);
   std::vector<VertexRay> out;
   for (size_t place = 0; place < order.size(); ++place) {

@@ -11,6 +11,7 @@
 #include "alignment/ray_scene.h"
 #include "alignment/vertex_normals.h"
 #include "base/counter_random.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -25,8 +26,7 @@ absl::StatusOr<std::vector<VertexRay>> ImagineRays(const std::vector<Eigen::Vect
                                                    const std::vector<Face>& faces,
                                                    const std::vector<bool>& is_node,
                                                    const ImaginedViews& views) {
-  const absl::StatusOr<RayScene> scene = RayScene::Build(vertices_mm, faces);
-  if (!scene.ok()) return scene.status();
+  WEFT_ASSIGN_OR_RETURN(const RayScene scene, RayScene::Build(vertices_mm, faces));
   const std::vector<Eigen::Vector3d> normals = VertexNormals(vertices_mm, faces);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : vertices_mm) box.extend(p);
@@ -49,7 +49,7 @@ absl::StatusOr<std::vector<VertexRay>> ImagineRays(const std::vector<Eigen::Vect
       if (-normals[v].dot(to) < least_facing) continue;
       const uint64_t key = KeyOf(views.seed, absl::StrCat("lost ", camera));
       if (UniformOf(key, v) < views.lost_share) continue;
-      sees[v * eyes.size() + camera] = scene->InSight(eyes[camera], vertices_mm[v], kClearanceMm) ? 1 : 0;
+      sees[v * eyes.size() + camera] = scene.InSight(eyes[camera], vertices_mm[v], kClearanceMm) ? 1 : 0;
     }
   });
   std::vector<VertexRay> out;

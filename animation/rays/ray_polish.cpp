@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -83,8 +84,7 @@ absl::StatusOr<PolishedMesh> RayPolish::Polish(const std::vector<Eigen::Vector3d
     }
     for (size_t i = 0; i < rays.size(); ++i)
       if (const int v = rays[i].vertex; !out.rejected[i]) evidence[v].Add(rays[i], out.position_mm[v], 1);
-    if (absl::Status status = fit_.Solve(evidence, carrier_mm, &out.position_mm, round > 0); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(fit_.Solve(evidence, carrier_mm, &out.position_mm, round > 0));
   }
   return out;
 }

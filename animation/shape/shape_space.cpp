@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/placement.h"
 #include "base/counter_random.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -47,10 +48,9 @@ class AlignedPasses {
       : frames_(frames), passes_(passes), on_progress_(on_progress), stop_(stop) {}
 
   absl::Status Begin() {
-    absl::StatusOr<std::vector<Eigen::Vector3d>> first = frames_.read(0);
-    if (!first.ok()) return first.status();
-    if (first->empty()) return absl::InvalidArgumentError("shape space: frame 0 has no vertices");
-    onto_ = *std::move(first);
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> first, frames_.read(0));
+    if (first.empty()) return absl::InvalidArgumentError("shape space: frame 0 has no vertices");
+    onto_ = std::move(first);
     Center();
     return absl::OkStatus();
   }
@@ -67,12 +67,11 @@ class AlignedPasses {
       Eigen::MatrixXd batch(size(), std::min(kBatch, frames_.frames - first));
       for (int k = 0; k < batch.cols(); ++k) {
         if (stop_.stop_requested()) return absl::CancelledError("the training was stopped");
-        absl::StatusOr<std::vector<Eigen::Vector3d>> mesh = frames_.read(first + k);
-        if (!mesh.ok()) return mesh.status();
-        if (absl::Status status = Check(*mesh, first + k); !status.ok()) return status;
-        const Eigen::Isometry3d motion = RigidFit(*mesh, onto_);
-        for (Eigen::Vector3d& p : *mesh) p = motion * p;
-        batch.col(k) = Flat(*mesh);
+        WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> mesh, frames_.read(first + k));
+        WEFT_RETURN_IF_ERROR(Check(mesh, first + k));
+        const Eigen::Isometry3d motion = RigidFit(mesh, onto_);
+        for (Eigen::Vector3d& p : mesh) p = motion * p;
+        batch.col(k) = Flat(mesh);
       }
       take(batch);
       const double done = std::min(1.0, static_cast<double>(first + kBatch) / frames_.frames);
@@ -84,8 +83,7 @@ class AlignedPasses {
 
   absl::StatusOr<Eigen::VectorXd> Mean() {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(size());
-    absl::Status status = ForEachBatch([&](const Eigen::MatrixXd& batch) { sum += batch.rowwise().sum(); });
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ForEachBatch([&](const Eigen::MatrixXd& batch) { sum += batch.rowwise().sum(); }));
     return Eigen::VectorXd(sum / frames_.frames);
   }
 
@@ -197,7 +195,7 @@ absl::Status ShapeSpaceOptions::Validate() const {
 absl::StatusOr<ShapeSpace> LearnShapeSpace(const MeshFrames& frames, const ShapeSpaceOptions& options,
                                            const std::function<void(double)>& on_progress,
                                            const std::stop_token& stop) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (frames.frames < 2) return absl::InvalidArgumentError("shape space: needs at least two frames");
   AlignedPasses passes(frames, options.rounds + kOtherPasses, on_progress, stop);
   absl::Status status = passes.Begin();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -14,16 +15,15 @@ constexpr double kSampleTolerance = 1e-4;  // of the largest answer
 constexpr float kMostLog = 3;
 
 absl::Status CheckSample(const AvatarNet& about, int answers, Net& net) {
-  const absl::StatusOr<Tensor> answer = net.Run(about.sample);
-  if (!answer.ok()) return answer.status();
+  WEFT_ASSIGN_OR_RETURN(const Tensor answer, net.Run(about.sample));
   const Tensor& expected = about.sample_answer;
-  if (answer->channels != answers || answer->values.size() != expected.values.size())
+  if (answer.channels != answers || answer.values.size() != expected.values.size())
     return absl::InvalidArgumentError(
-        absl::StrCat("the avatar's net answers with ", answer->channels, " channels, expected ", answers));
+        absl::StrCat("the avatar's net answers with ", answer.channels, " channels, expected ", answers));
   double largest = 1e-3, off = 0;
   for (size_t i = 0; i < expected.values.size(); ++i) {
     largest = std::max(largest, std::abs(static_cast<double>(expected.values[i])));
-    off = std::max(off, std::abs(static_cast<double>(answer->values[i]) - expected.values[i]));
+    off = std::max(off, std::abs(static_cast<double>(answer.values[i]) - expected.values[i]));
   }
   if (off <= kSampleTolerance * largest) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
@@ -34,9 +34,8 @@ absl::Status CheckSample(const AvatarNet& about, int answers, Net& net) {
 }  // namespace
 
 absl::StatusOr<Net> LoadNet(const AvatarNet& net, int answers) {
-  absl::StatusOr<Net> out = Net::FromOnnx(net.onnx, "the avatar's net");
-  if (!out.ok()) return out.status();
-  if (absl::Status status = CheckSample(net, answers, *out); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(Net out, Net::FromOnnx(net.onnx, "the avatar's net"));
+  WEFT_RETURN_IF_ERROR(CheckSample(net, answers, out));
   return out;
 }
 
@@ -44,29 +43,26 @@ absl::Status CheckNet(const AvatarNet& net, int answers) { return LoadNet(net, a
 
 absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image, int answers) {
   const int height = image.height, width = image.width;
-  absl::StatusOr<Tensor> answer = net.Run({image.channels, height, width, std::move(image.values)});
-  if (!answer.ok()) return answer.status();
-  if (answer->channels != answers || answer->height != height || answer->width != width)
+  WEFT_ASSIGN_OR_RETURN(Tensor answer, net.Run({image.channels, height, width, std::move(image.values)}));
+  if (answer.channels != answers || answer.height != height || answer.width != width)
     return absl::InvalidArgumentError("the avatar's net answers with an image of another size");
-  return AtlasImage{answers, height, width, std::move(answer->values)};
+  return AtlasImage{answers, height, width, std::move(answer.values)};
 }
 
 absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, const AlignmentModel& model,
                                                     const SparseViewAvatar& avatar) {
-  absl::StatusOr<Atlas> atlas = Atlas::Build(garment, avatar.net.atlas);
-  if (!atlas.ok()) return atlas.status();
-  absl::StatusOr<Net> net = LoadNet(avatar.net, kDrivingAnswers);
-  if (!net.ok()) return net.status();
-  return NetCorrection(model, avatar, *std::move(atlas), *std::move(net));
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, avatar.net.atlas));
+  WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, kDrivingAnswers));
+  return NetCorrection(model, avatar, std::move(atlas), std::move(net));
 }
 
 absl::StatusOr<CorrectedMesh> NetCorrection::Correct(const RayDrivenFrame& frame,
                                                      const std::vector<VertexRay>& rays) {
   const std::vector<Eigen::Matrix3f> axes = features_.axes().RotationsOf(frame.position_mm);
-  const absl::StatusOr<AtlasImage> answer =
-      AskNet(net_, atlas_.Gather(features_.Of(frame, rays, axes), kDrivingFeatures), kDrivingAnswers);
-  if (!answer.ok()) return answer.status();
-  const std::vector<float> values = atlas_.Scatter(*answer);
+  WEFT_ASSIGN_OR_RETURN(
+      const AtlasImage answer,
+      AskNet(net_, atlas_.Gather(features_.Of(frame, rays, axes), kDrivingFeatures), kDrivingAnswers));
+  const std::vector<float> values = atlas_.Scatter(answer);
   CorrectedMesh out;
   for (size_t v = 0; v < axes.size(); ++v) {
     const float* of = &values[v * kDrivingAnswers];

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "animation/sparse_view/net_correction.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 
 namespace weft {
@@ -67,7 +68,7 @@ std::vector<double> Misfits(const ShapeRegions& regions, const std::vector<Verte
 }  // namespace
 
 absl::Status RayDriverOptions::Validate() const {
-  if (absl::Status status = tracker.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(tracker.Validate());
   return polish.Validate();
 }
 
@@ -99,7 +100,7 @@ absl::Status RayDriver::Recall(RayDriverMemory memory) {
   for (const Eigen::Vector3f& p : memory.mesh_mm)
     if (!p.allFinite())
       return absl::InvalidArgumentError("the driver's memory has a vertex that is not finite");
-  if (absl::Status status = tracker_.Recall(std::move(memory.track)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(tracker_.Recall(std::move(memory.track)));
   last_mm_ = std::move(memory.mesh_mm);
   return absl::OkStatus();
 }
@@ -150,16 +151,14 @@ void RayDriver::AddScales(const std::vector<VertexRay>& rays, RayDrivenFrame* fr
 
 absl::Status RayDriver::Correct(const std::vector<VertexRay>& rays, RayDrivenFrame* out) {
   Stopwatch watch;
-  absl::StatusOr<CorrectedMesh> corrected = net_->Correct(*out, rays);
-  if (!corrected.ok()) return corrected.status();
+  WEFT_ASSIGN_OR_RETURN(CorrectedMesh corrected, net_->Correct(*out, rays));
   out->times.push_back({"net", 1000 * watch.Seconds()});
   watch = Stopwatch();
-  absl::StatusOr<PolishedMesh> polished =
-      second_polish_->Polish(corrected->position_mm, corrected->position_mm, rays);
-  if (!polished.ok()) return polished.status();
+  WEFT_ASSIGN_OR_RETURN(PolishedMesh polished,
+                        second_polish_->Polish(corrected.position_mm, corrected.position_mm, rays));
   out->uncorrected_mm = std::move(out->position_mm);
-  out->position_mm = std::move(polished->position_mm);
-  out->rejected = std::move(polished->rejected);
+  out->position_mm = std::move(polished.position_mm);
+  out->rejected = std::move(polished.rejected);
   out->times.push_back({"second polish", 1000 * watch.Seconds()});
   return absl::OkStatus();
 }
@@ -179,15 +178,14 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
   out.position_mm = out.carrier_mm;
   if (!out.track.lost) {
     watch = Stopwatch();
-    absl::StatusOr<PolishedMesh> polished = polish_.Polish(out.carrier_mm, StartOf(out, before), rays);
-    if (!polished.ok()) return polished.status();
-    out.position_mm = std::move(polished->position_mm);
-    out.rejected = std::move(polished->rejected);
+    WEFT_ASSIGN_OR_RETURN(PolishedMesh polished, polish_.Polish(out.carrier_mm, StartOf(out, before), rays));
+    out.position_mm = std::move(polished.position_mm);
+    out.rejected = std::move(polished.rejected);
     out.times.push_back({"polish", 1000 * watch.Seconds()});
   }
   out.misfit = Misfits(tracker_.regions(), rays, out.carrier_mm, avatar_.left_mm);
   if (net_ != nullptr && !out.track.lost && out.cameras >= AvatarNet::kLeastCameras)
-    if (absl::Status status = Correct(rays, &out); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Correct(rays, &out));
   last_mm_.clear();
   if (!out.track.lost)
     for (const Eigen::Vector3d& p : out.position_mm) last_mm_.push_back(p.cast<float>());

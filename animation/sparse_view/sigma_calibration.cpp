@@ -11,6 +11,7 @@
 #include "animation/sparse_view/ray_driver.h"
 #include "base/counter_random.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -66,19 +67,17 @@ absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
     views.azimuth_deg = 360 * UniformOf(KeyOf(seed, "azimuth"), static_cast<uint64_t>(cameras));
     for (size_t f = 0; f < run.size(); ++f) {
       views.seed = KeyOf(seed, absl::StrCat("frame ", f));
-      const auto rays = ImagineRays(run[f], faces_, is_node_, views);
-      if (!rays.ok()) return rays.status();
-      const auto driven = driver.Drive(1, *rays);
-      if (!driven.ok()) return driven.status();
-      if (f < kSettlingFrames || driven->track.lost) continue;
-      if (!driven->uncorrected_mm.empty())
-        AddGain({1, MeanDistance(driven->uncorrected_mm, run[f]), MeanDistance(driven->position_mm, run[f])},
+      WEFT_ASSIGN_OR_RETURN(const auto rays, ImagineRays(run[f], faces_, is_node_, views));
+      WEFT_ASSIGN_OR_RETURN(const auto driven, driver.Drive(1, rays));
+      if (f < kSettlingFrames || driven.track.lost) continue;
+      if (!driven.uncorrected_mm.empty())
+        AddGain({1, MeanDistance(driven.uncorrected_mm, run[f]), MeanDistance(driven.position_mm, run[f])},
                 &gain_[cameras - 1]);
       const size_t step = 1 + run[f].size() / kVerticesOfFrame;
       for (size_t v = f % step; v < run[f].size(); v += step) {
-        const auto error_mm = static_cast<float>((driven->position_mm[v] - run[f][v]).norm());
-        const int rays_of = std::min(driven->rays_of_vertex[v], SigmaScale::kRays - 1);
-        errors_[cameras - 1][rays_of].push_back({error_mm, driven->scale_mm[v], driven->growth_mm[v]});
+        const auto error_mm = static_cast<float>((driven.position_mm[v] - run[f][v]).norm());
+        const int rays_of = std::min(driven.rays_of_vertex[v], SigmaScale::kRays - 1);
+        errors_[cameras - 1][rays_of].push_back({error_mm, driven.scale_mm[v], driven.growth_mm[v]});
       }
     }
   }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "animation/sparse_view/net_correction.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 
 namespace weft {
@@ -136,9 +137,8 @@ absl::StatusOr<SparseViewDriver> SparseViewDriver::Create(const Template& garmen
     return absl::InvalidArgumentError(absl::StrCat("avatar: has lengths of ", state->avatar.edge_mm.size(),
                                                    " edges, the template has ", edges));
   if (!state->avatar.net.onnx.empty()) {
-    auto net = NetCorrection::Create(garment, state->model, state->avatar);
-    if (!net.ok()) return net.status();
-    state->net.emplace(*std::move(net));
+    WEFT_ASSIGN_OR_RETURN(auto net, NetCorrection::Create(garment, state->model, state->avatar));
+    state->net.emplace(std::move(net));
   }
   state->driver.emplace(state->model, state->avatar, options.driver, state->net ? &*state->net : nullptr);
   return SparseViewDriver(std::move(state));
@@ -151,47 +151,45 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
     return absl::InvalidArgumentError(
         absl::StrCat("driving: a frame at ", time_ns, " ns comes after one at ", *state.last_ns, " ns"));
   const Stopwatch watch;
-  const auto rays = RaysOf(views, state.nodes, state.options.cloth_sigma_px);
-  if (!rays.ok()) return rays.status();
+  WEFT_ASSIGN_OR_RETURN(const auto rays, RaysOf(views, state.nodes, state.options.cloth_sigma_px));
   DrivenFrame out;
   out.times.push_back({"rays", 1000 * watch.Seconds()});
   const double frames =
       state.last_ns ? 1e-9 * static_cast<double>(time_ns - *state.last_ns) * state.avatar.fps : 1;
-  absl::StatusOr<RayDrivenFrame> driven = state.driver->Drive(frames, *rays);
-  if (!driven.ok()) return driven.status();
+  WEFT_ASSIGN_OR_RETURN(RayDrivenFrame driven, state.driver->Drive(frames, rays));
   state.last_ns = time_ns;
-  out.lost = driven->track.lost;
-  out.reason = driven->track.reason;
-  out.started_anew = driven->track.started_anew;
-  out.rays = static_cast<int>(rays->size());
-  out.rejected_rays = driven->rejected_rays;
+  out.lost = driven.track.lost;
+  out.reason = driven.track.reason;
+  out.started_anew = driven.track.started_anew;
+  out.rays = static_cast<int>(rays.size());
+  out.rejected_rays = driven.rejected_rays;
   const std::vector<int> places = PlacesByName(views);
   std::vector<int> by_place(views.size(), 0);
-  for (const VertexRay& ray : *rays) ++by_place[ray.view];
-  out.mesh = state.MeshOf(*driven, by_place);
+  for (const VertexRay& ray : rays) ++by_place[ray.view];
+  out.mesh = state.MeshOf(driven, by_place);
   std::vector<double> residuals;
-  for (const VertexRay& ray : *rays) {
+  for (const VertexRay& ray : rays) {
     const Eigen::Vector3d& at = out.mesh.vertices_mm[ray.vertex];
     residuals.push_back(ray.WayTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
   }
   std::vector<const CameraModel*> camera_at(views.size());
   for (size_t k = 0; k < views.size(); ++k) camera_at[places[k]] = views[k].camera;
-  const std::vector<CameraBias> biases = BiasesOf(*rays, driven->carrier_mm, camera_at);
+  const std::vector<CameraBias> biases = BiasesOf(rays, driven.carrier_mm, camera_at);
   for (const int place : places) {
     out.rays_of_view.push_back(by_place[place]);
     out.bias_of_view.push_back(biases[place]);
   }
   if (!residuals.empty()) out.residual_px = Median(std::move(residuals));
-  out.carrier_mm = std::move(driven->carrier_mm);
-  out.uncorrected_mm = std::move(driven->uncorrected_mm);
-  out.times.insert(out.times.end(), driven->times.begin(), driven->times.end());
+  out.carrier_mm = std::move(driven.carrier_mm);
+  out.uncorrected_mm = std::move(driven.uncorrected_mm);
+  out.times.insert(out.times.end(), driven.times.begin(), driven.times.end());
   return out;
 }
 
 DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver->Memory()}; }
 
 absl::Status SparseViewDriver::Recall(DriverMemory memory) {
-  if (absl::Status status = state_->driver->Recall(std::move(memory.drive)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(state_->driver->Recall(std::move(memory.drive)));
   state_->last_ns = memory.last_ns;
   return absl::OkStatus();
 }

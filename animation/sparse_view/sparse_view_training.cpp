@@ -14,6 +14,7 @@
 #include "animation/sparse_view/net_correction.h"
 #include "animation/sparse_view/sigma_calibration.h"
 #include "base/counter_random.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -64,14 +65,12 @@ class CheckedFrames {
 
   absl::StatusOr<std::vector<Eigen::Vector3d>> Read(const FrameOfTake& at) const {
     if (stop_.stop_requested()) return absl::CancelledError("the training was stopped");
-    absl::StatusOr<std::vector<Eigen::Vector3d>> mesh = frames_.read(at.take, at.frame);
-    if (!mesh.ok()) return mesh.status();
-    const bool is_finite =
-        std::all_of(mesh->begin(), mesh->end(), [](const auto& p) { return p.allFinite(); });
-    if (mesh->size() == vertices_ && is_finite) return mesh;
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> mesh, frames_.read(at.take, at.frame));
+    const bool is_finite = std::all_of(mesh.begin(), mesh.end(), [](const auto& p) { return p.allFinite(); });
+    if (mesh.size() == vertices_ && is_finite) return mesh;
     return absl::InvalidArgumentError(
         absl::StrCat(frames_.takes[at.take].name, ", frame ", at.frame,
-                     is_finite ? absl::StrCat(": has ", mesh->size(), " vertices, the template ", vertices_)
+                     is_finite ? absl::StrCat(": has ", mesh.size(), " vertices, the template ", vertices_)
                                : ": has a vertex that is not finite"));
   }
 
@@ -221,14 +220,12 @@ class Learner {
     ShapeSpaceOptions options;
     options.components = training_.components;
     options.seed = training_.seed;
-    absl::StatusOr<ShapeSpace> space = LearnShapeSpace(learnt, options, on_shapes, stop_);
-    if (!space.ok()) return space.status();
-    out->space = *std::move(space);
+    WEFT_ASSIGN_OR_RETURN(ShapeSpace space, LearnShapeSpace(learnt, options, on_shapes, stop_));
+    out->space = std::move(space);
     Statistics statistics(model_.graph(), out->space);
     for (size_t i = 0; i < frames.size(); ++i) {
-      const auto mesh = checked_.Read(frames[i]);
-      if (!mesh.ok()) return mesh.status();
-      statistics.Add(frames[i], *mesh);
+      WEFT_ASSIGN_OR_RETURN(const auto mesh, checked_.Read(frames[i]));
+      statistics.Add(frames[i], mesh);
       if (on_lengths) on_lengths(static_cast<double>(i + 1) / static_cast<double>(frames.size()));
     }
     statistics.Into(out);
@@ -317,7 +314,7 @@ absl::StatusOr<SparseViewAvatar> LearnSparseView(const Template& garment, const 
                                                  const SparseViewTraining& training,
                                                  const TrainingProgress& on_progress,
                                                  const std::stop_token& stop) {
-  if (absl::Status status = training.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(training.Validate());
   const Split split = SplitOf(frames.takes, training.max_frames);
   if (split.learnt.size() < kLeastFrames)
     return absl::InvalidArgumentError(absl::StrCat(
@@ -334,11 +331,10 @@ absl::StatusOr<SparseViewAvatar> LearnSparseView(const Template& garment, const 
   out.training_frames = static_cast<int>(split.learnt.size());
   out.held_out_frames = static_cast<int>(split.held_out.size());
   const AlignmentModel model(garment);
-  absl::Status status = Learner(model, checked, training, stop)
-                            .Learn(
-                                split.learnt, [&](double share) { report("shapes", share); },
-                                [&](double share) { report("lengths", share); }, &out);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Learner(model, checked, training, stop)
+                           .Learn(
+                               split.learnt, [&](double share) { report("shapes", share); },
+                               [&](double share) { report("lengths", share); }, &out));
   return out;
 }
 
@@ -355,9 +351,8 @@ absl::Status CalibrateSparseView(const Template& garment, const TrainingFrames& 
   const Learner learner(model, checked, training, stop);
   std::optional<NetCorrection> net;
   if (!avatar->net.empty()) {
-    absl::StatusOr<NetCorrection> created = NetCorrection::Create(garment, model, *avatar);
-    if (!created.ok()) return created.status();
-    net.emplace(*std::move(created));
+    WEFT_ASSIGN_OR_RETURN(NetCorrection created, NetCorrection::Create(garment, model, *avatar));
+    net.emplace(std::move(created));
   }
   SigmaCalibration left_out(garment, model);
   absl::Status status = CrossValidate(
@@ -392,8 +387,7 @@ absl::StatusOr<SparseViewAvatar> TrainSparseView(const Template& garment, const 
                                                  const std::stop_token& stop) {
   absl::StatusOr<SparseViewAvatar> out = LearnSparseView(garment, frames, training, on_progress, stop);
   if (!out.ok()) return out;
-  if (absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*out); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CalibrateSparseView(garment, frames, on_progress, stop, &*out));
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/calibration/view_equations.h"
 
 namespace weft {
@@ -174,7 +175,7 @@ absl::Status BundleOptions::Validate() const {
 
 absl::StatusOr<BundleSummary> AdjustBundle(const BundleOptions& options, CalibrationBundle* bundle,
                                            const std::function<void(int, int)>& on_iteration) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   Equations equations(*bundle, options.huber_sigmas);
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &equations;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/calibration/tag_detection.h"
 
 namespace weft {
@@ -89,11 +90,10 @@ absl::StatusOr<std::optional<double>> MovingEdgeBlurPx(const std::vector<Frame>&
   if (images.size() < 3) return absl::InvalidArgumentError("moving edges need at least 3 images");
   std::vector<Frame> greys;
   for (const Frame& image : images) {
-    absl::StatusOr<Frame> grey = Grey(image);
-    if (!grey.ok()) return grey.status();
-    if (grey->width_px != images[0].width_px || grey->height_px != images[0].height_px)
+    WEFT_ASSIGN_OR_RETURN(Frame grey, Grey(image));
+    if (grey.width_px != images[0].width_px || grey.height_px != images[0].height_px)
       return absl::InvalidArgumentError("images of a camera have different sizes");
-    greys.push_back(*std::move(grey));
+    greys.push_back(std::move(grey));
   }
   const cv::Mat1f still = Smoothed(MedianOf(greys));
   std::vector<double> widths_px;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/calibration/board_pose.h"
 #include "capture/calibration/bundle_adjustment.h"
 
@@ -71,10 +72,10 @@ class Initializer {
   }
 
   absl::Status Run() {
-    if (absl::Status status = LinkCameras(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(LinkCameras());
     PlaceBoards();
     for (int round = 0; round < 2; ++round) {
-      if (absl::Status status = AdjustPoses(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(AdjustPoses());
       if (!ResetBadCameras()) return absl::OkStatus();
       PlaceBoards();
     }

@@ -14,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/calibration/view_equations.h"
 
 namespace weft {
@@ -138,10 +139,10 @@ class Refiner {
                        " sights of points that others see too, at least 3 are needed; take more frames"));
     }
     Measure(&CameraCorrection::before_rms_px);
-    if (absl::Status status = Solve(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Solve());
     Measure(&CameraCorrection::after_rms_px);
     MeasureMedians();
-    if (absl::Status status = Assess(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Assess());
     for (size_t c = 0; c < rig_.cameras.size(); ++c) out_.cameras.push_back(poses_.At(c).camera);
     return std::move(out_);
   }

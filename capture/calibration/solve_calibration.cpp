@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/calibration/bundle_adjustment.h"
 #include "capture/calibration/camera_guess.h"
 #include "capture/calibration/rig_covariance.h"
@@ -158,7 +159,7 @@ absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, 
       CorrectSideBows(&bundle);
       EstimateSigmas(options.min_sigma_px, &bundle);
       RejectOutliers(rounds[i].rejection_sigmas, options.min_corners, &bundle, rejected, left_out);
-      if (absl::Status status = CheckAllCamerasLeft(bundle, *rejected); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckAllCamerasLeft(bundle, *rejected));
       EstimateSigmas(options.min_sigma_px, &bundle);
     }
     BundleOptions bundle_options;
@@ -167,13 +168,13 @@ absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, 
     bundle_options.first_radius = rounds[i].first_radius;
     bundle_options.max_iterations = 100;
     bundle_options.reference_camera = CameraWithMostViews(bundle);
-    const absl::StatusOr<BundleSummary> summary =
-        AdjustBundle(bundle_options, &bundle, [&](int done, int most) {
-          if (on_progress) on_progress("adjustment", (i + static_cast<double>(done) / most) / 3);
-        });
-    if (!summary.ok()) return summary.status();
-    solution->iterations += summary->iterations;
-    solution->converged = summary->converged;
+    WEFT_ASSIGN_OR_RETURN(const BundleSummary summary,
+                          AdjustBundle(bundle_options, &bundle, [&](int done, int most) {
+                            if (on_progress)
+                              on_progress("adjustment", (i + static_cast<double>(done) / most) / 3);
+                          }));
+    solution->iterations += summary.iterations;
+    solution->converged = summary.converged;
   }
   return absl::OkStatus();
 }
@@ -316,11 +317,10 @@ absl::StatusOr<CalibrationSolution> SolveCalibration(const CalibrationTarget& ta
   absl::Status status = options.Validate();
   status.Update(target.Validate());
   if (!status.ok()) return status;
-  absl::StatusOr<std::vector<CameraModel>> cameras =
-      FirstCameras(target, views, initial, options.min_corners, on_progress);
-  if (!cameras.ok()) return cameras.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<CameraModel> cameras,
+                        FirstCameras(target, views, initial, options.min_corners, on_progress));
   CalibrationSolution solution;
-  solution.bundle = MakeBundle(target, views, *std::move(cameras), options.min_corners);
+  solution.bundle = MakeBundle(target, views, std::move(cameras), options.min_corners);
   if (on_progress) on_progress("poses", 0);
   if (status = InitializePoses(&solution.bundle); !status.ok()) return status;
   std::vector<int> rejected(views.cameras.size(), 0);
@@ -331,10 +331,9 @@ absl::StatusOr<CalibrationSolution> SolveCalibration(const CalibrationTarget& ta
   if (status = SetWorld(views, options, &solution.bundle); !status.ok()) return status;
   solution.bars = MeasureScaleBars(target, views, solution.bundle.cameras);
   if (options.scale_from_bar) {
-    const absl::StatusOr<double> scale = ScaleFromBars(target, solution.bars);
-    if (!scale.ok()) return scale.status();
-    solution.scale = *scale;
-    ScaleWorld(*scale, &solution.bundle);
+    WEFT_ASSIGN_OR_RETURN(const double scale, ScaleFromBars(target, solution.bars));
+    solution.scale = scale;
+    ScaleWorld(scale, &solution.bundle);
   }
   if (on_progress) on_progress("covariance", 0);
   solution.cameras.resize(views.cameras.size());

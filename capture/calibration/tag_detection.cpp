@@ -13,6 +13,7 @@ extern "C" {
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/calibration/edge_lines.h"
 
 namespace weft {
@@ -111,7 +112,7 @@ absl::StatusOr<std::vector<uint8_t>> TagModules(const std::string& family, int i
 
 absl::StatusOr<std::unique_ptr<TagDetector>> TagDetector::Make(const std::vector<std::string>& families,
                                                                const TagDetectionOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   std::unique_ptr<TagDetector> out(new TagDetector);
   out->options_ = options;
   out->library_->detector = apriltag_detector_create();
@@ -127,16 +128,15 @@ absl::StatusOr<std::unique_ptr<TagDetector>> TagDetector::Make(const std::vector
 }
 
 absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
-  const absl::StatusOr<Frame> grey = Grey(frame);
-  if (!grey.ok()) return grey.status();
+  WEFT_ASSIGN_OR_RETURN(const Frame grey, Grey(frame));
   const int reduction = options_.search_reduction > 0 ? options_.search_reduction
-                        : static_cast<int64_t>(grey->width_px) * grey->height_px >= 4'000'000 ? 2
-                                                                                              : 1;
+                        : static_cast<int64_t>(grey.width_px) * grey.height_px >= 4'000'000 ? 2
+                                                                                            : 1;
   library_->detector->quad_decimate = static_cast<float>(reduction);
-  const LightImage light = ToLight(*grey, options_.gamma);
+  const LightImage light = ToLight(grey, options_.gamma);
   // The library only reads the pixels.
-  image_u8_t image = {grey->width_px, grey->height_px, grey->width_px,
-                      const_cast<uint8_t*>(grey->pixels->data())};
+  image_u8_t image = {grey.width_px, grey.height_px, grey.width_px,
+                      const_cast<uint8_t*>(grey.pixels->data())};
   zarray_t* found = apriltag_detector_detect(library_->detector, &image);
 
   ImageTags out;
@@ -187,16 +187,15 @@ absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
 
 absl::StatusOr<Frame> Grey(const Frame& frame) {
   if (frame.format == PixelFormat::kGrey8) {
-    if (absl::Status status = frame.Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(frame.Validate());
     return frame;
   }
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  Frame grey = *rgb;
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(frame));
+  Frame grey = rgb;
   grey.format = PixelFormat::kGrey8;
-  auto values = std::make_shared<std::vector<uint8_t>>(rgb->pixels->size() / 3);
+  auto values = std::make_shared<std::vector<uint8_t>>(rgb.pixels->size() / 3);
   for (size_t i = 0; i < values->size(); ++i) {
-    const uint8_t* p = &(*rgb->pixels)[3 * i];
+    const uint8_t* p = &(rgb->pixels)[3 * i];
     (*values)[i] = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2] + 2) / 4);
   }
   grey.pixels = std::move(values);
@@ -204,14 +203,13 @@ absl::StatusOr<Frame> Grey(const Frame& frame) {
 }
 
 absl::StatusOr<Frame> MirroredGrey(const Frame& frame) {
-  absl::StatusOr<Frame> grey = Grey(frame);
-  if (!grey.ok()) return grey.status();
-  auto values = std::make_shared<std::vector<uint8_t>>(*grey->pixels);
-  for (int y = 0; y < grey->height_px; ++y) {
-    const auto row = values->begin() + static_cast<std::ptrdiff_t>(y) * grey->width_px;
-    std::reverse(row, row + grey->width_px);
+  WEFT_ASSIGN_OR_RETURN(Frame grey, Grey(frame));
+  auto values = std::make_shared<std::vector<uint8_t>>(grey->pixels);
+  for (int y = 0; y < grey.height_px; ++y) {
+    const auto row = values->begin() + static_cast<std::ptrdiff_t>(y) * grey.width_px;
+    std::reverse(row, row + grey.width_px);
   }
-  grey->pixels = std::move(values);
+  grey.pixels = std::move(values);
   return grey;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -62,7 +63,7 @@ absl::Status CheckBoard(const TagBoard& board, UsedTags& used) {
                             " ids, expected rows * cols = ", board.rows * board.cols));
   }
   for (const int tag : board.tag_ids) {
-    if (absl::Status status = CheckTag(who, board.family, tag, used); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckTag(who, board.family, tag, used));
   }
   const TagFamilyInfo family = *FindTagFamily(board.family);
   const double least_gap_mm =
@@ -90,7 +91,7 @@ absl::Status CalibrationTarget::Validate() const {
   UsedTags used;
   std::set<std::string> names;
   for (const TagBoard& board : boards) {
-    if (absl::Status status = CheckBoard(board, used); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckBoard(board, used));
     if (!names.insert(board.id).second) {
       return absl::InvalidArgumentError(absl::StrCat("target: board id ", board.id, " occurs twice"));
     }
@@ -100,7 +101,7 @@ absl::Status CalibrationTarget::Validate() const {
     if (!(bar.length_mm > 0))
       return absl::InvalidArgumentError(who + ": length_mm must be a positive length");
     for (const int tag : {bar.first_tag, bar.second_tag}) {
-      if (absl::Status status = CheckTag(who, bar.family, tag, used); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckTag(who, bar.family, tag, used));
     }
   }
   return absl::OkStatus();

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/camera/gige_discovery.h"
 #include "capture/camera/gige_source.h"
 #include "capture/camera/glib_error.h"
@@ -75,19 +76,17 @@ absl::Status GigeCamera::CheckRate() {
 }
 
 absl::Status GigeCamera::Configure() {
-  for (const std::string& feature : options_.features)
-    if (absl::Status status = device_->Set(feature); !status.ok()) return status;
-  if (absl::Status status = device_->SetTrigger(options_.trigger); !status.ok()) return status;
+  for (const std::string& feature : options_.features) WEFT_RETURN_IF_ERROR(device_->Set(feature));
+  WEFT_RETURN_IF_ERROR(device_->SetTrigger(options_.trigger));
   if (options_.fps > 0 && options_.trigger.kind == TriggerKind::kFreeRun) {
     GlibError error;
     arv_camera_set_frame_rate(camera_.get(), options_.fps, error.out());
     if (!error.ok())
       return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"),
                     error.message() + FastestRate(camera_.get()));
-    if (absl::Status status = CheckRate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckRate());
   }
-  if (options_.ptp)
-    if (absl::Status status = device_->EnablePtp(); !status.ok()) return status;
+  if (options_.ptp) WEFT_RETURN_IF_ERROR(device_->EnablePtp());
   if (options_.chunk_timestamps) {
     GlibError error;
     arv_camera_set_chunks(camera_.get(), "Timestamp", error.out());
@@ -148,9 +147,8 @@ absl::Status GigeCamera::TakeControl() {
 absl::Status GigeCamera::Open() {
   Close();
   GlibError error;
-  const absl::StatusOr<std::string> address = AddressOfSerial(options_.id, options_.device);
-  if (!address.ok()) return address.status();
-  const std::string& device = address->empty() ? options_.device : *address;
+  WEFT_ASSIGN_OR_RETURN(const std::string address, AddressOfSerial(options_.id, options_.device));
+  const std::string& device = address.empty() ? options_.device : address;
   camera_.reset(arv_camera_new(device.c_str(), error.out()));
   if (!camera_) {
     return absl::NotFoundError(absl::StrCat(
@@ -161,7 +159,7 @@ absl::Status GigeCamera::Open() {
     return absl::InvalidArgumentError(
         absl::StrCat("camera ", options_.id, ": ", options_.device, " is no GigE Vision camera"));
   }
-  if (absl::Status status = TakeControl(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(TakeControl());
   GlibError size_error;
   if (options_.packet_size_bytes > 0) {
     arv_camera_gv_set_packet_size(camera_.get(), options_.packet_size_bytes, size_error.out());
@@ -174,7 +172,7 @@ absl::Status GigeCamera::Open() {
                    G_CALLBACK(+[](ArvDevice*, void* lost) { *static_cast<std::atomic<bool>*>(lost) = true; }),
                    &is_lost_);
   device_.emplace(options_.id, arv_camera_get_device(camera_.get()));
-  if (absl::Status status = Configure(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Configure());
   // Aravis opens a packet socket first and tells it which packets are meant afterwards. In between it takes
   // those of every camera that films for this one's.
   if (is_reported_lost_) {
@@ -205,15 +203,13 @@ absl::Status GigeCamera::OpenStream() {
 }
 
 absl::Status GigeCamera::Start() {
-  if (options_.ptp)
-    if (absl::Status status = WaitForPtp(); !status.ok()) return status;
+  if (options_.ptp) WEFT_RETURN_IF_ERROR(WaitForPtp());
   // Packets before the camera was told to film are other programs'.
   if (stream_ && stream_->counters().packets_received > 0) {
     UsePacketSocket(false, "off, since it took in other programs' packets");
     stream_.reset();
   }
-  if (!stream_)
-    if (absl::Status status = OpenStream(); !status.ok()) return status;
+  if (!stream_) WEFT_RETURN_IF_ERROR(OpenStream());
   GlibError error;
   arv_camera_start_acquisition(camera_.get(), error.out());
   if (!error.ok()) return Failed("it does not start", error.message());
@@ -266,9 +262,9 @@ void GigeCamera::Abandon() {
 }
 
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   auto camera = std::make_unique<GigeCamera>(options);
-  if (absl::Status status = camera->Open(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(camera->Open());
   return camera;
 }
 

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/camera/glib_error.h"
 
 namespace weft {
@@ -69,7 +70,7 @@ absl::Status GigeDevice::Execute(const std::string& command) {
 
 absl::Status GigeDevice::SetTrigger(const CameraTrigger& trigger) {
   if (Has("TriggerSelector")) {
-    if (absl::Status status = Set("TriggerSelector=FrameStart"); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Set("TriggerSelector=FrameStart"));
   }
   if (trigger.kind == TriggerKind::kFreeRun)
     return Has("TriggerMode") ? Set("TriggerMode=Off") : absl::OkStatus();
@@ -91,8 +92,7 @@ absl::Status GigeDevice::SetTrigger(const CameraTrigger& trigger) {
       features.push_back(absl::StrCat("ActionGroupMask=", trigger.group_mask));
       break;
   }
-  for (const std::string& feature : features)
-    if (absl::Status status = Set(feature); !status.ok()) return status;
+  for (const std::string& feature : features) WEFT_RETURN_IF_ERROR(Set(feature));
   return absl::OkStatus();
 }
 

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/camera/v4l2_ioctl.h"
 
 namespace weft {
@@ -87,9 +88,8 @@ class V4l2Camera : public CameraSource {
 absl::Status V4l2Camera::Open(const std::string& device) {
   stream_.reset();
   device_.reset();
-  absl::StatusOr<V4l2Device> opened = V4l2Device::Open(options_.id, device);
-  if (!opened.ok()) return opened.status();
-  device_.emplace(*std::move(opened));
+  WEFT_ASSIGN_OR_RETURN(V4l2Device opened, V4l2Device::Open(options_.id, device));
+  device_.emplace(std::move(opened));
   const V4l2Identity& found = device_->identity();
   if (!identity_) identity_ = found;
   if (found.card != identity_->card || found.serial != identity_->serial)
@@ -99,14 +99,11 @@ absl::Status V4l2Camera::Open(const std::string& device) {
 }
 
 absl::Status V4l2Camera::Configure() {
-  const absl::StatusOr<V4l2Image> image =
-      device_->SetImage(options_.format, options_.width_px, options_.height_px);
-  if (!image.ok()) return image.status();
-  image_ = *image;
-  if (options_.fps > 0)
-    if (absl::Status status = device_->SetRate(options_.fps); !status.ok()) return status;
-  for (const std::string& control : options_.controls)
-    if (absl::Status status = device_->SetControl(control); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const V4l2Image image,
+                        device_->SetImage(options_.format, options_.width_px, options_.height_px));
+  image_ = image;
+  if (options_.fps > 0) WEFT_RETURN_IF_ERROR(device_->SetRate(options_.fps));
+  for (const std::string& control : options_.controls) WEFT_RETURN_IF_ERROR(device_->SetControl(control));
   for (const std::string& control : options_.controls) device_->WatchControl(control);
   device_->WatchSource();
   Describe();
@@ -308,9 +305,9 @@ absl::Status V4l2CameraOptions::Validate() const {
 }
 
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenV4l2Camera(const V4l2CameraOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   auto camera = std::make_unique<V4l2Camera>(options);
-  if (absl::Status status = camera->Open(options.device); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(camera->Open(options.device));
   return camera;
 }
 

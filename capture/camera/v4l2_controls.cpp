@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
+#include "base/status_macros.h"
 #include "capture/camera/v4l2_device.h"
 #include "capture/camera/v4l2_ioctl.h"
 
@@ -123,27 +124,25 @@ absl::StatusOr<int64_t> V4l2Device::ParseValue(const Control& control, const std
 
 absl::Status V4l2Device::SetControl(const std::string& assignment) {
   const auto [name, text] = Parts(assignment);
-  absl::StatusOr<Control> control = FindControl(name);
-  if (!control.ok()) return control.status();
-  const absl::StatusOr<int64_t> value = ParseValue(*control, text);
-  if (!value.ok()) return value.status();
-  if ((control->info.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0)
-    return Refused(absl::StrCat("its control ", control->name(), " can only be read"));
-  if ((control->info.flags & (V4L2_CTRL_FLAG_INACTIVE | V4L2_CTRL_FLAG_GRABBED)) != 0)
+  WEFT_ASSIGN_OR_RETURN(Control control, FindControl(name));
+  WEFT_ASSIGN_OR_RETURN(const int64_t value, ParseValue(control, text));
+  if ((control.info.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0)
+    return Refused(absl::StrCat("its control ", control.name(), " can only be read"));
+  if ((control.info.flags & (V4L2_CTRL_FLAG_INACTIVE | V4L2_CTRL_FLAG_GRABBED)) != 0)
     return Refused(
-        absl::StrCat("its control ", control->name(),
+        absl::StrCat("its control ", control.name(),
                      " has no effect while another one rules it (an automatic one?) or the camera is in "
                      "use; set that one first"));
   v4l2_ext_control one{};
-  one.id = control->info.id;
-  one.value64 = *value;
-  if (control->info.type != V4L2_CTRL_TYPE_INTEGER64) one.value = static_cast<int32_t>(*value);
+  one.id = control.info.id;
+  one.value64 = value;
+  if (control.info.type != V4L2_CTRL_TYPE_INTEGER64) one.value = static_cast<int32_t>(value);
   v4l2_ext_controls all{};
   all.count = 1;
   all.controls = &one;
   if (V4l2Ioctl(fd_, VIDIOC_S_EXT_CTRLS, &all) != 0)
-    return Refused(absl::StrCat("its control ", control->name(), " refuses \"", text, "\" (",
-                                std::strerror(errno), "); allowed: ", AllowedValues(*control)));
+    return Refused(absl::StrCat("its control ", control.name(), " refuses \"", text, "\" (",
+                                std::strerror(errno), "); allowed: ", AllowedValues(control)));
   return absl::OkStatus();
 }
 

@@ -19,6 +19,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/camera/v4l2_ioctl.h"
 
 namespace weft {
@@ -118,12 +119,11 @@ absl::Status V4l2Device::Failed(const std::string& what) const {
 }
 
 absl::StatusOr<V4l2Device> V4l2Device::Open(const std::string& camera_id, const std::string& device) {
-  const absl::StatusOr<std::string> path = PathOf(camera_id, device);
-  if (!path.ok()) return path.status();
-  const int fd = open(path->c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return NotOpened(camera_id, *path, errno);
+  WEFT_ASSIGN_OR_RETURN(const std::string path, PathOf(camera_id, device));
+  const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return NotOpened(camera_id, path, errno);
   V4l2Device opened(camera_id, fd);
-  if (absl::Status status = opened.Identify(*path); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(opened.Identify(path));
   return opened;
 }
 

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/camera/v4l2_ioctl.h"
 
 namespace weft {
@@ -57,11 +58,10 @@ absl::StatusOr<std::unique_ptr<V4l2Stream>> V4l2Stream::Start(const V4l2Device& 
     return Broken(errno == EBUSY ? "it is streaming for another program" : "it gives no buffers");
   }
   stream->buffers_.resize(request.count);
-  if (memory == V4l2Memory::kMmap)
-    if (absl::Status status = stream->Map(); !status.ok()) return status;
+  if (memory == V4l2Memory::kMmap) WEFT_RETURN_IF_ERROR(stream->Map());
   for (uint32_t i = 0; i < request.count; ++i) {
     if (memory == V4l2Memory::kUser) stream->buffers_[i].own = stream->filled_.Take();
-    if (absl::Status status = stream->Queue(i); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(stream->Queue(i));
   }
   v4l2_buffer first = Description(0, memory);
   if (V4l2Ioctl(device.fd(), VIDIOC_QUERYBUF, &first) == 0) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 
@@ -80,10 +81,9 @@ absl::Status PosixFile::ReadAt(void* bytes, size_t size, uint64_t offset_bytes) 
 }
 
 absl::StatusOr<std::string> PosixFile::ReadAll() const {
-  const absl::StatusOr<uint64_t> size = Size();
-  if (!size.ok()) return size.status();
-  std::string bytes(*size, '\0');
-  if (absl::Status status = ReadAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size, Size());
+  std::string bytes(size, '\0');
+  WEFT_RETURN_IF_ERROR(ReadAt(bytes.data(), bytes.size(), 0));
   return bytes;
 }
 

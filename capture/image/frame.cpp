@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -73,7 +74,7 @@ absl::Status Frame::Validate() const {
 }
 
 absl::StatusOr<Frame> ToRgb(const Frame& frame) {
-  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frame.Validate());
   if (frame.format == PixelFormat::kRgb8) return frame;
   const bool mosaic = frame.format != PixelFormat::kGrey8;
   if (mosaic && (frame.width_px < 3 || frame.height_px < 3)) {

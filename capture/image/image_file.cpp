@@ -9,6 +9,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/whole_file.h"
 #include "capture/file/posix_file.h"
 #include "capture/image/image_decoders.h"
@@ -31,16 +32,14 @@ uint64_t MostBytes(const std::optional<ImageSize>& expected) {
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path, uint64_t most_bytes) {
   std::error_code error;
   if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(path, O_RDONLY);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<uint64_t> size = file->Size();
-  if (!size.ok()) return size.status();
-  if (*size > most_bytes) {
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(path, O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size, file.Size());
+  if (size > most_bytes) {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": ", *size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
+        absl::StrCat(path, ": ", size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
   }
-  std::vector<uint8_t> bytes(*size);
-  if (absl::Status status = file->ReadAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
+  std::vector<uint8_t> bytes(size);
+  WEFT_RETURN_IF_ERROR(file.ReadAt(bytes.data(), bytes.size(), 0));
   return bytes;
 }
 
@@ -56,16 +55,15 @@ absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>
 absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
                                     const std::optional<ImageSize>& expected) {
   if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
-  const absl::StatusOr<ImageHeader> header = ReadImageHeader(bytes);
-  if (!header.ok()) return header.status();
-  if (absl::Status status = CheckSize(*header, expected); !status.ok()) return status;
-  switch (header->format) {
+  WEFT_ASSIGN_OR_RETURN(const ImageHeader header, ReadImageHeader(bytes));
+  WEFT_RETURN_IF_ERROR(CheckSize(header, expected));
+  switch (header.format) {
     case ImageFormat::kPng:
       return DecodePng(bytes);
     case ImageFormat::kJpeg:
       return DecodeJpeg(bytes);
     case ImageFormat::kTiff:
-      return DecodeTiff(bytes, int64_t{header->width_px} * header->height_px);
+      return DecodeTiff(bytes, int64_t{header.width_px} * header.height_px);
   }
   return absl::InternalError("unknown format");
 }
@@ -105,9 +103,8 @@ absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, i
 
 absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic,
                                     std::optional<ImageSize> expected) {
-  const absl::StatusOr<std::vector<uint8_t>> bytes = ReadBytes(path, MostBytes(expected));
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(path, MostBytes(expected)));
+  absl::StatusOr<DecodedImage> image = Decode(bytes, expected);
   if (!image.ok()) return StatusAt(path, image.status());
   if (absl::Status status = CheckMosaic(*image, mosaic); !status.ok()) return StatusAt(path, status);
   Frame frame;
@@ -121,7 +118,7 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<Pixel
 }
 
 absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpeg_quality) {
-  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frame.Validate());
   const int channels = frame.format == PixelFormat::kRgb8 ? 3 : 1;
   return EncodeAndWrite(path, {frame.width_px, frame.height_px, channels, 8, *frame.pixels}, jpeg_quality);
 }

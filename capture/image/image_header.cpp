@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "capture/image/exif_orientation.h"
 #include "capture/image/image_decoders.h"
@@ -124,18 +125,16 @@ absl::StatusOr<ImageHeader> ReadTiff(TIFF* tiff, const std::string& problem) {
         absl::StrCat("the header is damaged or truncated (", problem, "); copy the file again"));
   };
   if (tiff == nullptr) return damaged();
-  const absl::StatusOr<TiffPicture> picture = FindTiffPicture(tiff);
-  if (!picture.ok()) return picture.status();
+  WEFT_ASSIGN_OR_RETURN(const TiffPicture picture, FindTiffPicture(tiff));
   if (!problem.empty()) return damaged();
-  return Checked({.format = ImageFormat::kTiff, .orientation = picture->orientation}, picture->width_px,
-                 picture->height_px);
+  return Checked({.format = ImageFormat::kTiff, .orientation = picture.orientation}, picture.width_px,
+                 picture.height_px);
 }
 
 absl::StatusOr<ImageHeader> ReadHeaderOf(const std::string& path, HeaderBytes& source) {
-  const absl::StatusOr<ImageFormat> format = FormatOf(source.At(0, 8));
-  if (!format.ok()) return format.status();
-  if (*format == ImageFormat::kPng) return ReadPng(source);
-  if (*format == ImageFormat::kJpeg) return ReadJpegHeader(source.At(0, kMostJpegHeaderBytes));
+  WEFT_ASSIGN_OR_RETURN(const ImageFormat format, FormatOf(source.At(0, 8)));
+  if (format == ImageFormat::kPng) return ReadPng(source);
+  if (format == ImageFormat::kJpeg) return ReadJpegHeader(source.At(0, kMostJpegHeaderBytes));
   TiffMemory memory;
   const TiffHandle tiff = OpenTiffFile(path, memory);
   return ReadTiff(tiff.get(), memory.problem);
@@ -144,10 +143,9 @@ absl::StatusOr<ImageHeader> ReadHeaderOf(const std::string& path, HeaderBytes& s
 }  // namespace
 
 absl::StatusOr<ImageHeader> ReadImageHeader(std::span<const uint8_t> bytes) {
-  const absl::StatusOr<ImageFormat> format = FormatOf(bytes);
-  if (!format.ok()) return format.status();
-  if (*format == ImageFormat::kJpeg) return ReadJpegHeader(bytes);
-  if (*format == ImageFormat::kPng) {
+  WEFT_ASSIGN_OR_RETURN(const ImageFormat format, FormatOf(bytes));
+  if (format == ImageFormat::kJpeg) return ReadJpegHeader(bytes);
+  if (format == ImageFormat::kPng) {
     HeaderBytes source(bytes);
     return ReadPng(source);
   }
@@ -159,11 +157,9 @@ absl::StatusOr<ImageHeader> ReadImageHeader(std::span<const uint8_t> bytes) {
 }
 
 absl::StatusOr<ImageHeader> ReadImageFileHeader(const std::string& path) {
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(path, O_RDONLY);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<uint64_t> size = file->Size();
-  if (!size.ok()) return size.status();
-  HeaderBytes source(*file, *size);
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(path, O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size, file.Size());
+  HeaderBytes source(file, size);
   const absl::StatusOr<ImageHeader> header = ReadHeaderOf(path, source);
   if (header.ok()) return header;
   return absl::Status(header.status().code(), absl::StrCat(path, ": ", header.status().message()));

@@ -5,6 +5,7 @@
 #include <jpeglib.h>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 
 namespace weft {
@@ -71,7 +72,7 @@ class JpegWriter {
 }  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> EncodeJpeg(const ImagePixels& image, int quality) {
-  if (absl::Status status = CheckPixels(image, 3, 8); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPixels(image, 3, 8));
   JpegWriter writer;
   if (!writer.Write(image, quality))
     return absl::InvalidArgumentError(

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 
 namespace weft {
@@ -79,7 +80,7 @@ class PngWriter {
 }  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> EncodePng(const ImagePixels& image, PngEffort effort) {
-  if (absl::Status status = CheckPixels(image, 4, 16); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPixels(image, 4, 16));
   std::vector<uint8_t> bytes;
   PngWriter writer(&bytes);
   if (!writer.Write(image, effort))

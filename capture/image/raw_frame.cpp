@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/grey_levels.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/image_header.h"
@@ -277,11 +278,11 @@ uint64_t RawFrameSet::bytes() const {
 }
 
 absl::StatusOr<Frame> ToFrame(const RawFrame& raw, DeepBits deep) {
-  if (absl::Status status = raw.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(raw.Validate());
   const FormatInfo& info = *InfoOf(raw.format);
   auto pixels = std::make_shared<std::vector<uint8_t>>(static_cast<size_t>(raw.width_px) * raw.height_px *
                                                        BytesPerPixel(info.pixels));
-  if (absl::Status status = Convert(raw, info, deep, *pixels); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Convert(raw, info, deep, *pixels));
   Frame frame;
   frame.camera_id = raw.camera_id;
   frame.width_px = raw.width_px;
@@ -300,7 +301,7 @@ RawFormat RawFormatOf(PixelFormat format) {
 }
 
 absl::StatusOr<RawFrame> ToRawFrame(const Frame& frame) {
-  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frame.Validate());
   RawFrame raw;
   raw.format = RawFormatOf(frame.format);
   raw.camera_id = frame.camera_id;

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/grey_levels.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/tiff_file.h"
@@ -220,7 +221,7 @@ absl::Status ReadConverted(TIFF* tiff, const TiffLayout& layout, const std::stri
 }
 
 absl::Status CheckLayout(const TiffLayout& layout, int64_t most_pixels) {
-  if (absl::Status status = CheckValues(layout); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckValues(layout));
   if (layout.samples == 0 || layout.samples > kMostSamples)
     return absl::InvalidArgumentError(absl::StrCat(layout.samples, " channels, expected 1, 3 or 4"));
   if (layout.width_px == 0 || int64_t{layout.width_px} * layout.height_px > most_pixels) {
@@ -238,24 +239,21 @@ absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes, int64_t 
   memory.size = bytes.size();
   const TiffHandle tiff = OpenTiff(memory);
   if (!tiff) return Damaged(memory.problem);
-  if (absl::Status status = FindTiffPicture(tiff.get()).status(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(FindTiffPicture(tiff.get()).status());
   if (!memory.problem.empty()) return Damaged(memory.problem);
   const TiffLayout layout = LayoutOf(tiff.get());
-  if (absl::Status status = CheckLayout(layout, most_pixels); !status.ok()) return status;
-  const absl::StatusOr<int> stored = StoredChannels(layout);
-  if (!stored.ok()) return stored.status();
+  WEFT_RETURN_IF_ERROR(CheckLayout(layout, most_pixels));
+  WEFT_ASSIGN_OR_RETURN(const int stored, StoredChannels(layout));
   DecodedImage image{
-      static_cast<int>(layout.width_px), static_cast<int>(layout.height_px), *stored > 0 ? *stored : 3, {}};
+      static_cast<int>(layout.width_px), static_cast<int>(layout.height_px), stored > 0 ? stored : 3, {}};
   image.is_mosaic = layout.photometric == PHOTOMETRIC_CFA;
   if (image.is_mosaic) {
-    const absl::StatusOr<std::optional<PixelFormat>> order = MosaicOrder(tiff.get());
-    if (!order.ok()) return order.status();
-    image.mosaic = *order;
+    WEFT_ASSIGN_OR_RETURN(const std::optional<PixelFormat> order, MosaicOrder(tiff.get()));
+    image.mosaic = order;
   }
   image.values.resize(size_t{layout.width_px} * layout.height_px * image.channels);
-  if (*stored == 0) {
-    absl::Status status = ReadConverted(tiff.get(), layout, memory.problem, image);
-    if (!status.ok()) return status;
+  if (stored == 0) {
+    WEFT_RETURN_IF_ERROR(ReadConverted(tiff.get(), layout, memory.problem, image));
   } else if (!StoredValues(tiff.get(), layout, image).Read()) {
     return Damaged(memory.problem);
   }

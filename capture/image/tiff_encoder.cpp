@@ -1,4 +1,5 @@
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/tiff_file.h"
 
@@ -35,7 +36,7 @@ bool WriteRows(TIFF* tiff, const ImagePixels& image) {
 }  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> EncodeTiff(const ImagePixels& image, double dpi) {
-  if (absl::Status status = CheckPixels(image, 3, 16); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPixels(image, 3, 16));
   TiffMemory memory;
   memory.writes = true;
   {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -85,11 +86,10 @@ bool IsClearlySmaller(const Image& image, const Image& than) {
 }  // namespace
 
 absl::StatusOr<TiffPicture> FindTiffPicture(TIFF* tiff) {
-  const absl::StatusOr<std::vector<Image>> images = AllImages(tiff);
-  if (!images.ok()) return images.status();
-  if (images->front().is_raw_file)
+  WEFT_ASSIGN_OR_RETURN(const std::vector<Image> images, AllImages(tiff));
+  if (images.front().is_raw_file)
     return absl::InvalidArgumentError("a camera's raw file (DNG); develop it, and write PNG or TIFF");
-  const std::vector<Image> full = FullImages(*images);
+  const std::vector<Image> full = FullImages(images);
   const Image& largest = *std::max_element(full.begin(), full.end(), [](const Image& a, const Image& b) {
     return uint64_t{a.width_px} * a.height_px < uint64_t{b.width_px} * b.height_px;
   });
@@ -100,7 +100,7 @@ absl::StatusOr<TiffPicture> FindTiffPicture(TIFF* tiff) {
         image.width_px, "x", image.height_px,
         " pixels among others, and nothing says which is the picture; write one image per file"));
   }
-  if (images->size() > 1 && TIFFSetSubDirectory(tiff, largest.directory) != 1)
+  if (images.size() > 1 && TIFFSetSubDirectory(tiff, largest.directory) != 1)
     return absl::InvalidArgumentError("the TIFF image is damaged; copy the file again");
   const bool is_known = largest.orientation >= 1 && largest.orientation <= 8;
   return TiffPicture{largest.width_px, largest.height_px, is_known ? largest.orientation : 1};

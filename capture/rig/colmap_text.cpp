@@ -16,6 +16,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/rig/lens_fit.h"
 
 namespace weft {
@@ -97,19 +98,18 @@ absl::StatusOr<std::vector<double>> Parameters(const Line& line, size_t count, c
 
 absl::Status SetAngleLens(const Line& line, const AngleKind& kind, const std::string& file,
                           CameraModel& camera, std::vector<std::string>& remarks) {
-  const auto numbers = Parameters(line, kind.parameters, file);
-  if (!numbers.ok()) return numbers.status();
+  WEFT_ASSIGN_OR_RETURN(const auto numbers, Parameters(line, kind.parameters, file));
   const std::string& model = line.words[1];
   for (const size_t i : kind.zero) {
-    if ((*numbers)[i] != 0)
+    if (numbers[i] != 0)
       return Bad(file, line,
                  absl::StrCat("the model ", model, " has tangential or thin prism terms that are not zero, ",
                               "which have no counterpart here; undistort the images with COLMAP"));
   }
-  camera.fx_px = (*numbers)[kind.of[0]], camera.fy_px = (*numbers)[kind.of[1]];
-  camera.cx_px = (*numbers)[kind.of[2]] - kHalfPixel, camera.cy_px = (*numbers)[kind.of[3]] - kHalfPixel;
+  camera.fx_px = numbers[kind.of[0]], camera.fy_px = numbers[kind.of[1]];
+  camera.cx_px = numbers[kind.of[2]] - kHalfPixel, camera.cy_px = numbers[kind.of[3]] - kHalfPixel;
   std::vector<double> k;
-  for (const size_t i : kind.k) k.push_back((*numbers)[i]);
+  for (const size_t i : kind.k) k.push_back(numbers[i]);
   const auto error_px = FitLens(model == "FOV" ? FovRadius(k[0]) : FisheyeRadius(k), &camera);
   if (!error_px.ok())
     return Bad(file, line, absl::StrCat("its lens, ", model, ": ", error_px.status().message()));
@@ -127,8 +127,7 @@ absl::StatusOr<CameraModel> LensOf(const Line& line, const std::string& file,
       !absl::SimpleAtoi(line.words[3], &camera.height_px))
     return Bad(file, line, "expected the width and height of the image");
   if (const auto kind = kAngleKinds.find(line.words[1]); kind != kAngleKinds.end()) {
-    const absl::Status status = SetAngleLens(line, kind->second, file, camera, remarks);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(SetAngleLens(line, kind->second, file, camera, remarks));
     return camera;
   }
   const auto kind = kLensKinds.find(line.words[1]);
@@ -140,9 +139,8 @@ absl::StatusOr<CameraModel> LensOf(const Line& line, const std::string& file,
                absl::StrCat("the model ", line.words[1], " has no counterpart here; known are ",
                             absl::StrJoin(known, ", "), "; undistort the images with COLMAP"));
   }
-  const auto numbers = Parameters(line, kind->second.parameters, file);
-  if (!numbers.ok()) return numbers.status();
-  const auto at = [&](int i) { return kind->second.of[i] < 0 ? 0.0 : (*numbers)[kind->second.of[i]]; };
+  WEFT_ASSIGN_OR_RETURN(const auto numbers, Parameters(line, kind->second.parameters, file));
+  const auto at = [&](int i) { return kind->second.of[i] < 0 ? 0.0 : numbers[kind->second.of[i]]; };
   camera.fx_px = at(0), camera.fy_px = at(1);
   camera.cx_px = at(2) - kHalfPixel, camera.cy_px = at(3) - kHalfPixel;
   for (int i = 0; i < 8; ++i) camera.distortion[i] = at(4 + i);
@@ -166,15 +164,14 @@ absl::StatusOr<CameraModel> ImageOf(const Line& line, const std::map<std::string
         "expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME with a camera of cameras.txt, or the points "
         "of the image before");
   }
-  const auto pose = NumbersFrom(line, 1, 7, file);
-  if (!pose.ok()) return pose.status();
+  WEFT_ASSIGN_OR_RETURN(const auto pose, NumbersFrom(line, 1, 7, file));
   CameraModel camera = lens->second;
-  const Eigen::Quaterniond turn((*pose)[0], (*pose)[1], (*pose)[2], (*pose)[3]);
+  const Eigen::Quaterniond turn(pose[0], pose[1], pose[2], pose[3]);
   constexpr double kRounding = 0.01;
   if (!(std::abs(turn.norm() - 1) < kRounding))
     return Bad(file, line, absl::StrFormat("QW QX QY QZ has the length %.4g, a rotation has 1", turn.norm()));
   camera.rotation = turn.normalized().toRotationMatrix();
-  camera.translation_mm = {(*pose)[4], (*pose)[5], (*pose)[6]};
+  camera.translation_mm = {pose[4], pose[5], pose[6]};
   camera.id = absl::StrJoin(line.words.begin() + 9, line.words.end(), " ");
   return camera;
 }
@@ -240,9 +237,8 @@ absl::StatusOr<std::map<std::string, CameraModel>> LensesOf(std::string_view cam
                                                             std::vector<std::string>& remarks) {
   std::map<std::string, CameraModel> lenses;
   for (const Line& line : LinesOf(cameras)) {
-    absl::StatusOr<CameraModel> lens = LensOf(line, file, remarks);
-    if (!lens.ok()) return lens.status();
-    if (!lenses.emplace(line.words[0], *std::move(lens)).second)
+    WEFT_ASSIGN_OR_RETURN(CameraModel lens, LensOf(line, file, remarks));
+    if (!lenses.emplace(line.words[0], std::move(lens)).second)
       return Bad(file, line, absl::StrCat("the camera ", line.words[0], " occurs twice"));
   }
   return lenses;
@@ -254,20 +250,18 @@ absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string
                                            const std::string& source_name) {
   const std::string images_file = source_name + "/images.txt";
   ForeignRig out;
-  const auto lenses = LensesOf(cameras, source_name + "/cameras.txt", out.remarks);
-  if (!lenses.ok()) return lenses.status();
+  WEFT_ASSIGN_OR_RETURN(const auto lenses, LensesOf(cameras, source_name + "/cameras.txt", out.remarks));
   std::set<std::string> used;
   bool after_image = false;  // a line of points may follow
   for (const Line& line : LinesOf(images)) {
     if (std::exchange(after_image, false) && IsPoints(line)) continue;
-    absl::StatusOr<CameraModel> camera = ImageOf(line, *lenses, images_file);
-    if (!camera.ok()) return camera.status();
+    WEFT_ASSIGN_OR_RETURN(CameraModel camera, ImageOf(line, lenses, images_file));
     after_image = true;
     used.insert(line.words[8]);
-    out.rig.cameras.push_back(*std::move(camera));
+    out.rig.cameras.push_back(std::move(camera));
   }
   NameCameras(out.rig.cameras, out.remarks);
-  for (const auto& [id, lens] : *lenses) {
+  for (const auto& [id, lens] : lenses) {
     if (!used.contains(id))
       out.remarks.push_back(
           absl::StrCat("camera ", id, " of cameras.txt has no image in images.txt and is left out"));
@@ -283,7 +277,7 @@ absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string
 }
 
 absl::StatusOr<ColmapText> FormatColmapText(const Rig& rig) {
-  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(rig.Validate());
   ColmapText out;
   out.cameras = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   out.images = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME, then a line of points\n";

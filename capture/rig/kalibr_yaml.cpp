@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/rig/yaml_fields.h"
 #include "capture/rig/yaml_lens.h"
 
@@ -33,13 +34,10 @@ absl::StatusOr<CameraModel> ReadKalibrCamera(const YAML::Node& node, const std::
   camera.fx_px = (*k)[0], camera.fy_px = (*k)[1], camera.cx_px = (*k)[2], camera.cy_px = (*k)[3];
   camera.width_px = static_cast<int>(std::clamp((*size)[0], 0.0, 1e6));
   camera.height_px = static_cast<int>(std::clamp((*size)[1], 0.0, 1e6));
-  if (absl::Status status = SetYamlLens(lens.IsScalar() ? lens.Scalar() : "", *distortion, camera, remarks);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(SetYamlLens(lens.IsScalar() ? lens.Scalar() : "", *distortion, camera, remarks));
   if (before == nullptr) return camera;
-  const auto step = YamlNumbers(YamlField(node, {"T_cn_cnm1"}), "T_cn_cnm1", 16);
-  if (!step.ok()) return step.status();
-  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> from_before(step->data());
+  WEFT_ASSIGN_OR_RETURN(const auto step, YamlNumbers(YamlField(node, {"T_cn_cnm1"}), "T_cn_cnm1", 16));
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> from_before(step.data());
   constexpr double kMmPerMetre = 1000;
   const Eigen::Matrix3d turn = from_before.topLeftCorner<3, 3>();
   camera.rotation = turn * before->rotation;
@@ -73,7 +71,7 @@ absl::StatusOr<ForeignRig> ReadKalibr(const YAML::Node& root) {
     const std::string id = absl::StrCat("cam", i);
     const YAML::Node node = YamlField(root, {id.c_str()});
     if (node.IsNull()) {
-      if (absl::Status status = CheckNoneFollows(root, i); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckNoneFollows(root, i));
       return out;
     }
     const CameraModel* before = i == 0 ? nullptr : &out.rig.cameras.back();

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -73,9 +74,9 @@ absl::StatusOr<CameraModel> ReadCamera(KrtReader& reader) {
   }
   std::array<std::array<double, 3>, 3> k{};
   for (int r = 0; r < 3; ++r) {
-    const auto row = reader.Numbers(absl::StrCat("K row ", r, " of camera ", camera.id), 3);
-    if (!row.ok()) return row.status();
-    std::copy(row->begin(), row->end(), k[r].begin());
+    WEFT_ASSIGN_OR_RETURN(const auto row,
+                          reader.Numbers(absl::StrCat("K row ", r, " of camera ", camera.id), 3));
+    std::copy(row.begin(), row.end(), k[r].begin());
   }
   if (std::abs(k[0][1]) > 1e-9 || k[1][0] != 0 || k[2][0] != 0 || k[2][1] != 0 || k[2][2] != 1) {
     return reader.Error(absl::StrCat("K of camera ", camera.id,
@@ -85,14 +86,14 @@ absl::StatusOr<CameraModel> ReadCamera(KrtReader& reader) {
   camera.fy_px = k[1][1];
   camera.cx_px = k[0][2];
   camera.cy_px = k[1][2];
-  const auto distortion = reader.Numbers(absl::StrCat("distortion k1 k2 p1 p2 k3 of camera ", camera.id), 5);
-  if (!distortion.ok()) return distortion.status();
-  std::copy(distortion->begin(), distortion->end(), camera.distortion.begin());
+  WEFT_ASSIGN_OR_RETURN(const auto distortion,
+                        reader.Numbers(absl::StrCat("distortion k1 k2 p1 p2 k3 of camera ", camera.id), 5));
+  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
   for (int r = 0; r < 3; ++r) {
-    const auto row = reader.Numbers(absl::StrCat("[R|t] row ", r, " of camera ", camera.id), 4);
-    if (!row.ok()) return row.status();
-    for (int c = 0; c < 3; ++c) camera.rotation(r, c) = (*row)[c];
-    camera.translation_mm[r] = (*row)[3];
+    WEFT_ASSIGN_OR_RETURN(const auto row,
+                          reader.Numbers(absl::StrCat("[R|t] row ", r, " of camera ", camera.id), 4));
+    for (int c = 0; c < 3; ++c) camera.rotation(r, c) = row[c];
+    camera.translation_mm[r] = row[3];
   }
   return camera;
 }
@@ -104,11 +105,10 @@ absl::StatusOr<Rig> ParseKrt(std::string_view text, const std::string& source_na
   KrtReader reader(text, source_name);
   Rig rig;
   while (reader.NextLine()) {
-    absl::StatusOr<CameraModel> camera = ReadCamera(reader);
-    if (!camera.ok()) return camera.status();
-    camera->width_px = width_px;
-    camera->height_px = height_px;
-    rig.cameras.push_back(*std::move(camera));
+    WEFT_ASSIGN_OR_RETURN(CameraModel camera, ReadCamera(reader));
+    camera.width_px = width_px;
+    camera.height_px = height_px;
+    rig.cameras.push_back(std::move(camera));
   }
   if (absl::Status status = rig.Validate(); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", status.message()));
@@ -117,7 +117,7 @@ absl::StatusOr<Rig> ParseKrt(std::string_view text, const std::string& source_na
 }
 
 absl::StatusOr<std::string> FormatKrt(const Rig& rig) {
-  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(rig.Validate());
   std::string out;
   for (const CameraModel& c : rig.cameras) {
     const auto& d = c.distortion;

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -154,10 +155,9 @@ absl::StatusOr<double> FitLens(const RadiusOfAngle& radius, CameraModel* camera)
   const double scale = radius(kNearAxisRad) / kNearAxisRad;
   const RadiusOfAngle of_scale_1 = [&](double angle) { return radius(angle) / scale; };
   camera->fx_px *= scale, camera->fy_px *= scale;
-  const absl::StatusOr<Samples> samples = SampleImage(of_scale_1, LargestRadius(*camera));
-  if (!samples.ok()) return samples.status();
-  const Eigen::Matrix<double, 6, 1> found = FitRational(*samples);
-  const double most = samples->tangent.back(), per_r2 = 1 / (most * most);
+  WEFT_ASSIGN_OR_RETURN(const Samples samples, SampleImage(of_scale_1, LargestRadius(*camera)));
+  const Eigen::Matrix<double, 6, 1> found = FitRational(samples);
+  const double most = samples.tangent.back(), per_r2 = 1 / (most * most);
   constexpr std::array<int, 3> kNumerator = {0, 1, 4}, kDenominator = {5, 6, 7};
   double power = 1;
   for (int i = 0; i < 3; ++i) {

@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/rig/kalibr_yaml.h"
 #include "capture/rig/yaml_fields.h"
 #include "capture/rig/yaml_lens.h"
@@ -31,13 +32,13 @@ absl::Status SetSize(const YAML::Node& node, CameraModel& camera) {
 }
 
 absl::Status SetMatrix(const YAML::Node& node, CameraModel& camera) {
-  const auto k = YamlNumbers(YamlField(node, {"camera_matrix", "K"}), "camera_matrix", 9);
-  if (!k.ok()) return k.status();
-  if ((*k)[1] != 0 || (*k)[3] != 0 || (*k)[6] != 0 || (*k)[7] != 0 || (*k)[8] != 1) {
+  WEFT_ASSIGN_OR_RETURN(const auto k,
+                        YamlNumbers(YamlField(node, {"camera_matrix", "K"}), "camera_matrix", 9));
+  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
     return absl::InvalidArgumentError(
         "camera_matrix has skew or is not normalised; expected fx 0 cx / 0 fy cy / 0 0 1");
   }
-  camera.fx_px = (*k)[0], camera.cx_px = (*k)[2], camera.fy_px = (*k)[4], camera.cy_px = (*k)[5];
+  camera.fx_px = k[0], camera.cx_px = k[2], camera.fy_px = k[4], camera.cy_px = k[5];
   return absl::OkStatus();
 }
 
@@ -93,15 +94,14 @@ absl::StatusOr<std::vector<NamedNode>> CamerasOf(const YAML::Node& root) {
 
 absl::StatusOr<ForeignRig> ReadCameras(const YAML::Node& root) {
   if (root.IsMap() && IsKalibr(root)) return ReadKalibr(root);
-  const absl::StatusOr<std::vector<NamedNode>> cameras = CamerasOf(root);
-  if (!cameras.ok()) return cameras.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<NamedNode> cameras, CamerasOf(root));
   ForeignRig out;
-  for (size_t i = 0; i < cameras->size(); ++i) {
-    const auto& [name, node] = (*cameras)[i];
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const auto& [name, node] = cameras[i];
     absl::StatusOr<CameraModel> camera = ReadYamlCamera(node, name, i, out.remarks);
     if (!camera.ok())
       return absl::InvalidArgumentError(absl::StrCat("camera ", i, ": ", camera.status().message()));
-    if (cameras->size() > 1 && camera->id == absl::StrCat("camera", i) && name != camera->id)
+    if (cameras.size() > 1 && camera->id == absl::StrCat("camera", i) && name != camera->id)
       out.remarks.push_back(absl::StrCat("camera ", i, " has no camera_name and is called ", camera->id));
     out.rig.cameras.push_back(*std::move(camera));
   }
@@ -150,7 +150,7 @@ absl::StatusOr<ForeignRig> ParseOpenCvYaml(std::string_view text, const std::str
 }
 
 absl::StatusOr<std::string> FormatOpenCvYaml(const Rig& rig) {
-  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(rig.Validate());
   cv::FileStorage file(".yml",
                        cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
   file << "cameras"

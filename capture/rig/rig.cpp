@@ -3,6 +3,7 @@
 #include <unordered_set>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/content_hash.h"
 
 namespace weft {
@@ -12,7 +13,7 @@ absl::Status Rig::Validate() const {
     return absl::InvalidArgumentError("rig: cameras is empty; a rig needs at least one camera");
   std::unordered_set<std::string_view> ids;
   for (const CameraModel& camera : cameras) {
-    if (absl::Status status = camera.Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(camera.Validate());
     if (!ids.insert(camera.id).second) {
       return absl::InvalidArgumentError(
           absl::StrCat("rig: camera id ", camera.id, " occurs twice; ids must be unique"));

@@ -6,6 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -19,7 +20,7 @@ absl::Status Flatten(const YAML::Node& node, int nesting, std::vector<double>& o
     return absl::InvalidArgumentError("has more numbers than a camera");
   if (node.IsSequence()) {
     for (const auto& item : node) {
-      if (absl::Status status = Flatten(item, nesting + 1, out); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Flatten(item, nesting + 1, out));
     }
     return absl::OkStatus();
   }

@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/rig/lens_fit.h"
 #include "capture/rig/yaml_fields.h"
 
@@ -149,17 +150,15 @@ absl::Status SetYamlDistortion(const YAML::Node& fields, CameraModel& camera,
   const YAML::Node field = YamlField(
       fields, {"distortion_coefficients", "distortion_coeffs", "dist_coeffs", "D", "distortion", "dist"});
   if (field.IsNull()) return absl::InvalidArgumentError("the field distortion_coefficients is missing");
-  const auto k = YamlNumbers(field, "distortion_coefficients");
-  if (!k.ok()) return k.status();
-  const absl::StatusOr<NamedLens> lens = NamedLensOf(fields);
-  if (!lens.ok()) return lens.status();
-  if (k->size() == 4 && lens->model.empty() && YamlField(fields, {"fisheye_model"}).IsNull()) {
+  WEFT_ASSIGN_OR_RETURN(const auto k, YamlNumbers(field, "distortion_coefficients"));
+  WEFT_ASSIGN_OR_RETURN(const NamedLens lens, NamedLensOf(fields));
+  if (k.size() == 4 && lens.model.empty() && YamlField(fields, {"fisheye_model"}).IsNull()) {
     remarks.push_back(
         absl::StrCat("camera ", camera.id,
                      ": its four distortion coefficients are taken as k1 k2 p1 p2; if they are those ",
                      "of a fisheye lens, add the line `distortion_model: fisheye` to its file"));
   }
-  return SetYamlLens(lens->model, *k, camera, remarks);
+  return SetYamlLens(lens.model, k, camera, remarks);
 }
 
 }  // namespace weft

@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/rig/yaml_fields.h"
 
 namespace weft {
@@ -42,39 +43,36 @@ NamedField FindField(const YAML::Node& fields, const char* const (&names)[kCount
 }
 
 absl::Status SetRotation(const NamedField& field, CameraModel& camera) {
-  const auto turn = YamlNumbers(field.node, field.name);
-  if (!turn.ok()) return turn.status();
+  WEFT_ASSIGN_OR_RETURN(const auto turn, YamlNumbers(field.node, field.name));
   const std::string key = YamlKey(field.name);
-  if (turn->size() == 3 && key != "rotation" && key != "rotationmatrix") {  // cv::Rodrigues
-    const Eigen::Vector3d rodrigues(turn->data());
+  if (turn.size() == 3 && key != "rotation" && key != "rotationmatrix") {  // cv::Rodrigues
+    const Eigen::Vector3d rodrigues(turn.data());
     if (rodrigues.norm() > 0)
       camera.rotation = Eigen::AngleAxisd(rodrigues.norm(), rodrigues.normalized()).toRotationMatrix();
     return absl::OkStatus();
   }
-  if (turn->size() == 3)
+  if (turn.size() == 3)
     return absl::InvalidArgumentError(absl::StrCat(
         "the field ", field.name, " has 3 numbers, which may be angles; call it rvec where it is Rodrigues' ",
         "vector in radians, or write the nine numbers of the matrix"));
-  const auto nine = YamlNumbers(field.node, field.name, 9);
-  if (!nine.ok()) return nine.status();
-  for (int i = 0; i < 9; ++i) camera.rotation(i / 3, i % 3) = (*nine)[i];
+  WEFT_ASSIGN_OR_RETURN(const auto nine, YamlNumbers(field.node, field.name, 9));
+  for (int i = 0; i < 9; ++i) camera.rotation(i / 3, i % 3) = nine[i];
   return absl::OkStatus();
 }
 
 // [R | T], with or without a last row 0 0 0 1.
 absl::Status SetPoseMatrix(const NamedField& field, bool is_inverse, CameraModel& camera) {
-  const auto m = YamlNumbers(field.node, field.name);
-  if (!m.ok()) return m.status();
-  const bool is_full = m->size() == 16;
-  if (!is_full && m->size() != 12)
-    return absl::InvalidArgumentError(absl::StrCat("the field ", field.name, " has ", m->size(),
+  WEFT_ASSIGN_OR_RETURN(const auto m, YamlNumbers(field.node, field.name));
+  const bool is_full = m.size() == 16;
+  if (!is_full && m.size() != 12)
+    return absl::InvalidArgumentError(absl::StrCat("the field ", field.name, " has ", m.size(),
                                                    " numbers, expected 3x4 or 4x4 of [R | T]"));
-  if (is_full && ((*m)[12] != 0 || (*m)[13] != 0 || (*m)[14] != 0 || (*m)[15] != 1))
+  if (is_full && (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1))
     return absl::InvalidArgumentError(
         absl::StrCat("the field ", field.name, " does not end with the row 0 0 0 1; is it transposed?"));
   for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 3; ++col) camera.rotation(row, col) = (*m)[4 * row + col];
-    camera.translation_mm[row] = (*m)[4 * row + 3];
+    for (int col = 0; col < 3; ++col) camera.rotation(row, col) = m[4 * row + col];
+    camera.translation_mm[row] = m[4 * row + 3];
   }
   if (!is_inverse) return absl::OkStatus();
   camera.rotation.transposeInPlace();
@@ -147,9 +145,8 @@ absl::Status SetYamlPose(const YAML::Node& fields, CameraModel& camera, std::vec
     return absl::InvalidArgumentError(absl::StrCat("the field R is missing beside ", t.name));
   if (t.name.empty())
     return absl::InvalidArgumentError(absl::StrCat("the field T is missing beside ", r.name));
-  const auto shift = YamlNumbers(t.node, t.name, 3);
-  if (!shift.ok()) return shift.status();
-  for (int i = 0; i < 3; ++i) camera.translation_mm[i] = (*shift)[i];
+  WEFT_ASSIGN_OR_RETURN(const auto shift, YamlNumbers(t.node, t.name, 3));
+  for (int i = 0; i < 3; ++i) camera.translation_mm[i] = shift[i];
   return SetRotation(r, camera);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/sync/ledger.h"
 #include "capture/take/take_files.h"
 #include "capture/take/take_scan.h"
@@ -107,22 +108,19 @@ void CheckSets(const std::vector<ScannedStream>& streams, const SetLedger& ledge
 }
 
 absl::StatusOr<ParsedLedger> ReadLedger(const std::string& folder) {
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(folder), O_RDONLY);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> text = file->ReadAll();
-  if (!text.ok()) return text.status();
-  return ParseLedger(*text);
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(LedgerFile(folder), O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(const std::string text, file.ReadAll());
+  return ParseLedger(text);
 }
 
 }  // namespace
 
 absl::StatusOr<TakeCheck> VerifyTake(const std::string& folder, const std::vector<std::string>& cameras,
                                      uint64_t take) {
-  const absl::StatusOr<std::vector<ScannedStream>> streams = ScanStreams(folder, cameras, take);
-  if (!streams.ok()) return streams.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<ScannedStream> streams, ScanStreams(folder, cameras, take));
   TakeCheck check;
-  check.take = TakeOf(*streams);
-  for (const ScannedStream& stream : *streams) {
+  check.take = TakeOf(streams);
+  for (const ScannedStream& stream : streams) {
     CheckFile(stream, check.take, check);
     CheckPadding(StreamFile(StreamFolder(folder), stream.camera_id), stream.scan.stray_bytes, check);
   }
@@ -140,7 +138,7 @@ absl::StatusOr<TakeCheck> VerifyTake(const std::string& folder, const std::vecto
   const SetLedger summary = SummaryOf(ledger->entries);
   if (check.end && ledger->has_checksums && !summary.has_end)
     check.problems.push_back("ledger.csv: has no end record: it was cut, or the take was not closed");
-  CheckSets(*streams, summary, check);
+  CheckSets(streams, summary, check);
   if (check.unindexed > 0) {
     check.problems.push_back(
         absl::StrCat(check.unindexed, " intact frames are not in the index; run `weft take recover`"));

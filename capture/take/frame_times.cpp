@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/take/name_clocks.h"
 #include "capture/take/name_counts.h"
 
@@ -130,9 +131,8 @@ absl::Status NotAs(NameMeaning meaning, const std::vector<std::string>& names) {
 // Nothing where names are no times.
 absl::StatusOr<std::optional<Reading>> ReadTimes(const std::vector<std::string>& names, double fps) {
   if (const std::optional<NameClocks> clocks = ClocksInNames(names)) return ReadClocks(*clocks, names);
-  const absl::StatusOr<std::optional<NameCounts>> count = CountsInNames(names);
-  if (!count.ok()) return count.status();
-  return *count ? ReadCounts(**count, fps) : std::nullopt;
+  WEFT_ASSIGN_OR_RETURN(const std::optional<NameCounts> count, CountsInNames(names));
+  return count ? ReadCounts(*count, fps) : std::nullopt;
 }
 
 absl::StatusOr<std::optional<Reading>> ReadTimesAs(const std::vector<std::string>& names,
@@ -142,12 +142,11 @@ absl::StatusOr<std::optional<Reading>> ReadTimesAs(const std::vector<std::string
     if (!clocks) return NotAs(meaning, names);
     return ReadClocks(*clocks, names);
   }
-  const absl::StatusOr<std::optional<NameCounts>> count = CountsInNames(names);
-  if (!count.ok()) return count.status();
-  if (!*count || ((*count)->has_fraction && meaning != NameMeaning::kSeconds)) return NotAs(meaning, names);
+  WEFT_ASSIGN_OR_RETURN(const std::optional<NameCounts> count, CountsInNames(names));
+  if (!count || (count->has_fraction && meaning != NameMeaning::kSeconds)) return NotAs(meaning, names);
   const Unit& unit = kUnits[static_cast<size_t>(meaning) - static_cast<size_t>(NameMeaning::kSeconds)];
-  const int64_t unit_ns = (*count)->has_fraction ? (*count)->fraction_ns : unit.ns;
-  return Reading{**count, unit_ns, absl::StrCat("times in ", unit.name)};
+  const int64_t unit_ns = count->has_fraction ? count->fraction_ns : unit.ns;
+  return Reading{*count, unit_ns, absl::StrCat("times in ", unit.name)};
 }
 
 // In steps of `step_ns` from `first_ns` behind the first time, rising by one at least.
@@ -179,11 +178,10 @@ absl::StatusOr<NameMeaning> NameMeaningFromName(std::string_view name) {
 absl::StatusOr<std::optional<FrameTimes>> TimesInNames(const std::vector<std::string>& names, double fps,
                                                        NameMeaning meaning) {
   if (meaning == NameMeaning::kNumbers) return std::nullopt;
-  const absl::StatusOr<std::optional<Reading>> reading =
-      meaning == NameMeaning::kAuto ? ReadTimes(names, fps) : ReadTimesAs(names, meaning);
-  if (!reading.ok()) return reading.status();
-  if (!*reading) return std::nullopt;
-  const auto& [counts, unit_ns, words] = **reading;
+  WEFT_ASSIGN_OR_RETURN(const std::optional<Reading> reading,
+                        meaning == NameMeaning::kAuto ? ReadTimes(names, fps) : ReadTimesAs(names, meaning));
+  if (!reading) return std::nullopt;
+  const auto& [counts, unit_ns, words] = *reading;
   // Of 64 bits of ns: 292 years.
   if (counts.values.back() > INT64_MAX / unit_ns) {
     if (meaning == NameMeaning::kAuto) return std::nullopt;

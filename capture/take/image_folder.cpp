@@ -8,6 +8,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/name_forms.h"
 #include "capture/file/plain_text.h"
 #include "capture/image/image_header.h"
@@ -310,11 +311,10 @@ absl::Status ChooseFiles(const Files& files, const Rig* rig, ImageFolder& listin
   std::vector<std::string> left_out;
   for (const auto& [frame, cameras] : files) {
     for (const auto& [camera, paths] : cameras) {
-      const absl::StatusOr<std::string> chosen = ChooseFile(paths, camera, rig);
-      if (!chosen.ok()) return chosen.status();
-      listing.frames[frame][camera] = *chosen;
+      WEFT_ASSIGN_OR_RETURN(const std::string chosen, ChooseFile(paths, camera, rig));
+      listing.frames[frame][camera] = chosen;
       for (const std::string& path : paths) {
-        if (path != *chosen) left_out.push_back(absl::StrCat(frame, "/", EscapedText(NameOf(path))));
+        if (path != chosen) left_out.push_back(absl::StrCat(frame, "/", EscapedText(NameOf(path))));
       }
     }
   }
@@ -372,22 +372,21 @@ void NoteLeftOut(const Found& found, std::vector<std::string>& notes) {
 
 absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig,
                                             UnfitNames unfit_names) {
-  absl::StatusOr<Found> found = LookThrough(folder);
-  if (!found.ok()) return found.status();
-  LeaveOutCopies(*found);
-  ShortenNames(KnownCameras(rig), *found);
-  if (!found->unfit.empty() && unfit_names == UnfitNames::kRefuse)
-    return absl::InvalidArgumentError(ComplainOfNames(found->unfit));
+  WEFT_ASSIGN_OR_RETURN(Found found, LookThrough(folder));
+  LeaveOutCopies(found);
+  ShortenNames(KnownCameras(rig), found);
+  if (!found.unfit.empty() && unfit_names == UnfitNames::kRefuse)
+    return absl::InvalidArgumentError(ComplainOfNames(found.unfit));
   ImageFolder listing;
-  if (!found->unfit.empty())
-    listing.notes.push_back(absl::StrCat(ComplainOfNames(found->unfit), "; left out until then"));
-  Files files = ByFrameAndCamera(*found, KnownCameras(rig), listing.notes);
+  if (!found.unfit.empty())
+    listing.notes.push_back(absl::StrCat(ComplainOfNames(found.unfit), "; left out until then"));
+  Files files = ByFrameAndCamera(found, KnownCameras(rig), listing.notes);
   JoinNumbers(files, listing.notes);
-  if (absl::Status status = ChooseFiles(files, rig, listing); !status.ok()) return status;
-  NoteLeftOut(*found, listing.notes);
+  WEFT_RETURN_IF_ERROR(ChooseFiles(files, rig, listing));
+  NoteLeftOut(found, listing.notes);
   NoteCameras(listing, rig, listing.notes);
-  if (listing.frames.empty() && !found->loose.empty())
-    listing.notes.push_back(absl::StrCat("pictures lie in the folder itself (", FirstNames(found->loose),
+  if (listing.frames.empty() && !found.loose.empty())
+    listing.notes.push_back(absl::StrCat("pictures lie in the folder itself (", FirstNames(found.loose),
                                          "), not in folders of frames"));
   return listing;
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/file/content_hash.h"
 #include "capture/image/image_file.h"
 #include "capture/rig/camera_match.h"
@@ -36,15 +37,14 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
                                                                        const Rig& rig,
                                                                        const ImageFolderOptions& options) {
   auto dump = std::unique_ptr<ImageFolderDump>(new ImageFolderDump);
-  absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig, UnfitNames::kLeaveOut);
-  if (!listing.ok()) return listing.status();
-  dump->warnings_ = std::move(listing->notes);
+  WEFT_ASSIGN_OR_RETURN(ImageFolder listing, ListImageFolder(folder, &rig, UnfitNames::kLeaveOut));
+  dump->warnings_ = std::move(listing.notes);
 
   dump->rig_ = rig;
   dump->options_ = options;
   std::vector<int> images_of_camera(rig.cameras.size(), 0);
   std::set<std::string, NaturalOrder> unknown_cameras;
-  for (const auto& [frame, files] : listing->frames) {
+  for (const auto& [frame, files] : listing.frames) {
     std::vector<std::string> paths(rig.cameras.size());
     int known = 0;
     for (const auto& [camera, path] : files) {
@@ -105,23 +105,20 @@ absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) con
 }
 
 absl::StatusOr<StoredView> ImageFolderDump::Locate(size_t index, size_t camera) const {
-  const absl::StatusOr<std::string> path = PathOf(index, camera);
-  if (!path.ok()) return path.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string path, PathOf(index, camera));
   std::error_code error;
-  const uint64_t bytes = fs::file_size(*path, error);
-  if (error) return absl::NotFoundError(absl::StrCat(*path, ": ", error.message()));
-  return StoredView{*path, 0, bytes};
+  const uint64_t bytes = fs::file_size(path, error);
+  if (error) return absl::NotFoundError(absl::StrCat(path, ": ", error.message()));
+  return StoredView{path, 0, bytes};
 }
 
 absl::StatusOr<Frame> ImageFolderDump::ReadCopy(const std::string& copy, size_t index, size_t camera) const {
-  const absl::StatusOr<std::string> path = PathOf(index, camera);
-  if (!path.ok()) return path.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string path, PathOf(index, camera));
   const CameraModel& model = rig_.cameras[camera];
-  absl::StatusOr<Frame> frame =
-      ReadImageFile(copy, options_.mosaic, ImageSize{model.width_px, model.height_px});
-  if (!frame.ok()) return frame.status();
-  frame->camera_id = model.id;
-  frame->origin = *path;
+  WEFT_ASSIGN_OR_RETURN(Frame frame,
+                        ReadImageFile(copy, options_.mosaic, ImageSize{model.width_px, model.height_px}));
+  frame.camera_id = model.id;
+  frame.origin = path;
   return frame;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/frame_number.h"
 
 namespace weft {
@@ -39,14 +40,13 @@ absl::StatusOr<std::optional<NameCounts>> CountsInNames(const std::vector<std::s
     counts.has_fraction = true;
     digits = std::max(digits, number.size() - point - 1);
   }
-  const absl::StatusOr<std::vector<int64_t>> steps = StepsOf(*numbers, names, counts.has_fraction);
-  if (!steps.ok()) return steps.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<int64_t> steps, StepsOf(*numbers, names, counts.has_fraction));
   constexpr size_t kMostDigits = 9;
   if (digits > kMostDigits) return std::nullopt;
   counts.fraction_ns = std::llround(std::pow(10.0, static_cast<double>(kMostDigits - digits)));
   if (numbers->size() < 2) return counts;
-  if (steps->empty()) return std::nullopt;
-  counts.usual_step = UsualStep(*steps);
+  if (steps.empty()) return std::nullopt;
+  counts.usual_step = UsualStep(steps);
   return counts;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_header.h"
 #include "capture/rig/camera_match.h"
 
@@ -64,7 +65,7 @@ absl::StatusOr<OddPictures> FindOddPictures(const ImageFolder& folder) {
   OddPictures odd;
   for (const auto& [camera, sizes] : by_camera) {
     if (sizes.size() < 2) continue;
-    if (absl::Status status = AddOdd(camera, sizes, odd); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddOdd(camera, sizes, odd));
   }
   return odd;
 }

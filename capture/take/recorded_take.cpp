@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/content_hash.h"
 #include "capture/image/image_size.h"
 #include "capture/rig/camera_match.h"
@@ -20,14 +21,12 @@
 namespace weft {
 
 absl::StatusOr<std::unique_ptr<RecordedTake>> RecordedTake::Open(const std::string& folder) {
-  absl::StatusOr<std::vector<std::string>> ids = CamerasOfTake(folder);
-  if (!ids.ok()) return ids.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> ids, CamerasOfTake(folder));
   auto take = std::unique_ptr<RecordedTake>(new RecordedTake);
-  take->camera_ids_ = *std::move(ids);
+  take->camera_ids_ = std::move(ids);
   for (const std::string& id : take->camera_ids_) {
-    auto stream = StreamReader::Open(StreamFolder(folder), id);
-    if (!stream.ok()) return stream.status();
-    take->streams_.push_back(*std::move(stream));
+    WEFT_ASSIGN_OR_RETURN(auto stream, StreamReader::Open(StreamFolder(folder), id));
+    take->streams_.push_back(std::move(stream));
     const StreamReader& opened = *take->streams_.back();
     if (opened.header().take != take->take()) {
       return absl::InvalidArgumentError(absl::StrCat(folder, ": the streams of cameras ",
@@ -110,11 +109,10 @@ std::string FrameNameOf(uint64_t set) { return absl::StrFormat("%04d", set); }
 
 absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const std::string& folder,
                                                                          const Rig& rig) {
-  absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(folder);
-  if (!take.ok()) return take.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<RecordedTake> take, RecordedTake::Open(folder));
   auto dump = std::unique_ptr<RecordedTakeDump>(new RecordedTakeDump);
   dump->rig_ = rig;
-  dump->take_ = *std::move(take);
+  dump->take_ = std::move(take);
   dump->warnings_ = dump->take_->warnings();
   const std::vector<std::string>& ids = dump->take_->camera_ids();
   size_t known = 0;
@@ -192,25 +190,22 @@ absl::StatusOr<size_t> RecordedTakeDump::StreamOf(size_t index, size_t camera) c
 }
 
 absl::StatusOr<Frame> RecordedTakeDump::ReadView(size_t index, size_t camera) const {
-  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
-  if (!stream.ok()) return stream.status();
-  return AsRigHasIt(take_->ReadRaw(index, *stream), index, camera);
+  WEFT_ASSIGN_OR_RETURN(const size_t stream, StreamOf(index, camera));
+  return AsRigHasIt(take_->ReadRaw(index, stream), index, camera);
 }
 
 absl::StatusOr<StoredView> RecordedTakeDump::Locate(size_t index, size_t camera) const {
-  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
-  if (!stream.ok()) return stream.status();
-  const IndexRecord* record = take_->Record(index, *stream);
+  WEFT_ASSIGN_OR_RETURN(const size_t stream, StreamOf(index, camera));
+  const IndexRecord* record = take_->Record(index, stream);
   if (record == nullptr) return absl::NotFoundError("the stream lacks this frame set");
-  return StoredView{take_->stream(*stream).path(), record->offset_bytes, StreamReader::BytesOf(*record)};
+  return StoredView{take_->stream(stream).path(), record->offset_bytes, StreamReader::BytesOf(*record)};
 }
 
 absl::StatusOr<Frame> RecordedTakeDump::ReadCopy(const std::string& copy, size_t index, size_t camera) const {
-  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
-  if (!stream.ok()) return stream.status();
-  const IndexRecord* record = take_->Record(index, *stream);
+  WEFT_ASSIGN_OR_RETURN(const size_t stream, StreamOf(index, camera));
+  const IndexRecord* record = take_->Record(index, stream);
   if (record == nullptr) return absl::NotFoundError("the stream lacks this frame set");
-  return AsRigHasIt(take_->stream(*stream).ReadCopy(*record, copy), index, camera);
+  return AsRigHasIt(take_->stream(stream).ReadCopy(*record, copy), index, camera);
 }
 
 absl::StatusOr<Frame> RecordedTakeDump::AsRigHasIt(const absl::StatusOr<RawFrame>& raw, size_t index,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/stream_repair.h"
 #include "capture/take/take_files.h"
 #include "capture/take/take_scan.h"
@@ -97,9 +98,8 @@ absl::Status Recovery::ReadMissingReasons() {
   for (const ScannedStream& stream : streams_)
     for (const IndexRecord& record : stream.scan.records) {
       if (!record.is_missing) continue;
-      const absl::StatusOr<ChunkHeader> header = stream.reader->ReadHeader(record);
-      if (!header.ok()) return header.status();
-      reasons_[{record.set, stream.camera_id}] = header->reason;
+      WEFT_ASSIGN_OR_RETURN(const ChunkHeader header, stream.reader->ReadHeader(record));
+      reasons_[{record.set, stream.camera_id}] = header.reason;
     }
   return absl::OkStatus();
 }
@@ -130,19 +130,18 @@ absl::Status Recovery::PlanOf(const ScannedStream& stream) {
     reasons_[{set, stream.camera_id}] = chunk.reason;
   }
   NoteLost(stream, lost);
-  absl::StatusOr<StreamPlan> plan = PlanStream(folder_, stream, HeaderFor(stream), std::move(chunks));
-  if (!plan.ok()) return plan.status();
-  result_.cut_bytes += plan->cut_bytes;
+  WEFT_ASSIGN_OR_RETURN(StreamPlan plan, PlanStream(folder_, stream, HeaderFor(stream), std::move(chunks)));
+  result_.cut_bytes += plan.cut_bytes;
   const std::string name = absl::StrCat("streams/", stream.camera_id, ".stream: ");
-  if (plan->is_rewritten) {
+  if (plan.is_rewritten) {
     result_.changes.push_back(name +
                               (stream.reader ? "written anew, the old one is kept aside" : "made, of gaps"));
-  } else if (plan->has_changes()) {
-    result_.changes.push_back(absl::StrCat(name, plan->chunks.size() - plan->first_appended,
-                                           " gaps appended, ", plan->cut_bytes, " bytes cut and kept aside, ",
-                                           plan->needs_index ? "index completed" : "index unchanged"));
+  } else if (plan.has_changes()) {
+    result_.changes.push_back(absl::StrCat(name, plan.chunks.size() - plan.first_appended, " gaps appended, ",
+                                           plan.cut_bytes, " bytes cut and kept aside, ",
+                                           plan.needs_index ? "index completed" : "index unchanged"));
   }
-  plans_.push_back(*std::move(plan));
+  plans_.push_back(std::move(plan));
   return absl::OkStatus();
 }
 
@@ -241,9 +240,8 @@ absl::Status Recovery::Plan() {
     if (stream.scan.end)
       result_.ended_host_time_ns = std::max(result_.ended_host_time_ns, stream.scan.end->ended_host_time_ns);
   }
-  if (absl::Status status = ReadMissingReasons(); !status.ok()) return status;
-  for (const ScannedStream& stream : streams_)
-    if (absl::Status status = PlanOf(stream); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadMissingReasons());
+  for (const ScannedStream& stream : streams_) WEFT_RETURN_IF_ERROR(PlanOf(stream));
   PlanLedger();
   return absl::OkStatus();
 }
@@ -260,12 +258,11 @@ absl::Status Recovery::WriteLedger(PosixFile& file) {
   }
   for (const LedgerEntry& entry : entries_) text += ToCsvLine(entry, checksum);
   if (!rewrites_ledger_) {
-    const absl::StatusOr<uint64_t> size = file.Size();
-    if (!size.ok()) return size.status();
-    if (absl::Status status = file.WriteAt(text.data(), text.size(), *size); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(const uint64_t size, file.Size());
+    WEFT_RETURN_IF_ERROR(file.WriteAt(text.data(), text.size(), size));
     return file.SyncData();
   }
-  if (absl::Status status = aside_.Keep(LedgerFile(folder_)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(aside_.Keep(LedgerFile(folder_)));
   return ReplaceFile(LedgerFile(folder_), text);
 }
 
@@ -277,11 +274,9 @@ absl::Status Recovery::Apply(PosixFile& ledger) {
   end.sets_recorded = how.sets_recorded;
   end.sets_dropped = how.sets_dropped;
   end.frames_missing = how.frames_missing;
-  for (const std::string& name : options_.keep)
-    if (absl::Status status = aside_.Keep(folder_ + "/" + name); !status.ok()) return status;
-  for (const StreamPlan& plan : plans_)
-    if (absl::Status status = ApplyPlan(folder_, plan, end, aside_); !status.ok()) return status;
-  if (absl::Status status = WriteLedger(ledger); !status.ok()) return status;
+  for (const std::string& name : options_.keep) WEFT_RETURN_IF_ERROR(aside_.Keep(folder_ + "/" + name));
+  for (const StreamPlan& plan : plans_) WEFT_RETURN_IF_ERROR(ApplyPlan(folder_, plan, end, aside_));
+  WEFT_RETURN_IF_ERROR(WriteLedger(ledger));
   result_.kept_aside = aside_.folder();
   return SyncFolder(folder_);
 }
@@ -294,17 +289,15 @@ absl::StatusOr<TakeRecovery> RecoverTake(const std::string& folder, const TakeRe
   if (!ledger.ok() && !(options.dry_run && absl::IsNotFound(ledger.status()))) return ledger.status();
   absl::StatusOr<ParsedLedger> parsed = absl::NotFoundError("the file is gone");
   if (ledger.ok()) {
-    const absl::StatusOr<std::string> text = ledger->ReadAll();
-    if (!text.ok()) return text.status();
-    parsed = ParseLedger(*text);
-    if (text->empty()) parsed = absl::DataLossError("the file is gone or empty");
+    WEFT_ASSIGN_OR_RETURN(const std::string text, ledger->ReadAll());
+    parsed = ParseLedger(text);
+    if (text.empty()) parsed = absl::DataLossError("the file is gone or empty");
   }
-  absl::StatusOr<std::vector<ScannedStream>> streams = ScanStreams(folder, options.cameras, options.take);
-  if (!streams.ok()) return streams.status();
-  Recovery recovery(folder, options, *std::move(streams), std::move(parsed));
-  if (absl::Status status = recovery.Plan(); !status.ok()) return status;
-  if (!options.dry_run)
-    if (absl::Status status = recovery.Apply(*ledger); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(std::vector<ScannedStream> streams,
+                        ScanStreams(folder, options.cameras, options.take));
+  Recovery recovery(folder, options, std::move(streams), std::move(parsed));
+  WEFT_RETURN_IF_ERROR(recovery.Plan());
+  if (!options.dry_run) WEFT_RETURN_IF_ERROR(recovery.Apply(*ledger));
   return std::move(recovery).Result();
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -139,20 +140,19 @@ Replay::Replay(TakeView view, std::vector<int64_t> set_times_ns, const ReplayOpt
 
 absl::StatusOr<std::shared_ptr<Replay>> Replay::Open(const std::string& folder,
                                                      const ReplayOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<TakeView> view = TakeView::Open(folder, options.view);
-  if (!view.ok()) return view.status();
-  std::vector<int64_t> times_ns(view->sets().size(), 0);
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(TakeView view, TakeView::Open(folder, options.view));
+  std::vector<int64_t> times_ns(view.sets().size(), 0);
   std::optional<int64_t> before_ns;
   for (size_t i = 0; i < times_ns.size(); ++i) {
     std::optional<int64_t> last_ns;
-    for (size_t camera = 0; camera < view->take().camera_ids().size(); ++camera)
-      last_ns = std::max(last_ns, view->Time_ns(i, camera));
+    for (size_t camera = 0; camera < view.take().camera_ids().size(); ++camera)
+      last_ns = std::max(last_ns, view.Time_ns(i, camera));
     if (last_ns && !before_ns) std::fill_n(times_ns.begin(), i, *last_ns);
     if (last_ns) before_ns = last_ns;
     times_ns[i] = before_ns.value_or(0);
   }
-  return std::shared_ptr<Replay>(new Replay(*std::move(view), std::move(times_ns), options));
+  return std::shared_ptr<Replay>(new Replay(std::move(view), std::move(times_ns), options));
 }
 
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenReplayCamera(std::shared_ptr<Replay> replay,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/take/frame_codec.h"
 #include "capture/take/take_files.h"
@@ -41,25 +42,21 @@ absl::StatusOr<StreamHeader> StreamReader::ReadHeaderOf(const PosixFile& file, c
   if (!parsed.ok()) return bad(parsed.status().message());
   StreamHeader& header = parsed->header;
   if (header.camera_id != camera_id) return bad(absl::StrCat("is the stream of camera ", header.camera_id));
-  const absl::StatusOr<uint64_t> size = file.Size();
-  if (!size.ok()) return size.status();
-  if (kBlockBytes + parsed->description_bytes > *size) return bad("the file ends before its header does");
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size, file.Size());
+  if (kBlockBytes + parsed->description_bytes > size) return bad("the file ends before its header does");
   header.description.resize(parsed->description_bytes);
-  const absl::Status rest = file.ReadAt(header.description.data(), header.description.size(), kBlockBytes);
-  if (!rest.ok()) return rest;
+  WEFT_RETURN_IF_ERROR(file.ReadAt(header.description.data(), header.description.size(), kBlockBytes));
   if (header.version > 1 &&
       Checksum(header.description.data(), header.description.size()) != parsed->description_checksum)
     return bad("damaged stream header");
-  return std::move(header);
+  return header;
 }
 
 absl::StatusOr<std::unique_ptr<StreamReader>> StreamReader::Open(const std::string& folder,
                                                                  const std::string& camera_id) {
-  absl::StatusOr<PosixFile> file = PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY);
-  if (!file.ok()) return file.status();
-  absl::StatusOr<StreamHeader> header = ReadHeaderOf(*file, camera_id);
-  if (!header.ok()) return header.status();
-  auto reader = std::unique_ptr<StreamReader>(new StreamReader(*std::move(file), *std::move(header)));
+  WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(StreamHeader header, ReadHeaderOf(file, camera_id));
+  auto reader = std::unique_ptr<StreamReader>(new StreamReader(std::move(file), std::move(header)));
   reader->ReadIndex(IndexFile(folder, camera_id));
   reader->ReadEnd();
   return reader;
@@ -70,10 +67,9 @@ absl::StatusOr<std::unique_ptr<StreamReader>> StreamReader::OpenDamaged(const st
                                                                         uint64_t take) {
   absl::StatusOr<std::unique_ptr<StreamReader>> whole = Open(folder, camera_id);
   if (whole.ok() || !absl::IsInvalidArgument(whole.status())) return whole;
-  absl::StatusOr<PosixFile> file = PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY);
-  if (!file.ok()) return file.status();
+  WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY));
   auto reader = std::unique_ptr<StreamReader>(
-      new StreamReader(*std::move(file), StreamHeader{take, camera_id, "", kStreamVersion}));
+      new StreamReader(std::move(file), StreamHeader{take, camera_id, "", kStreamVersion}));
   reader->header_damage_ = std::string(whole.status().message());
   if (take == 0) reader->header_.take = reader->TakeOfFirstChunk();
   reader->ReadIndex(IndexFile(folder, camera_id));
@@ -161,36 +157,31 @@ absl::StatusOr<RawFrame> StreamReader::ReadCopy(const IndexRecord& record, const
 
 absl::StatusOr<RawFrame> StreamReader::ReadAt(const IndexRecord& record, const PosixFile& file,
                                               uint64_t offset_bytes) const {
-  const absl::StatusOr<ChunkHeader> header = ReadHeaderAt(record, file, offset_bytes);
-  if (!header.ok()) return header.status();
-  if (header->codec == PayloadCodec::kMissing) return absl::NotFoundError(header->reason);
-  const absl::StatusOr<uint64_t> file_bytes = file.Size();
-  if (!file_bytes.ok()) return file_bytes.status();
-  if (offset_bytes + kBlockBytes + header->payload_bytes > *file_bytes) {
+  WEFT_ASSIGN_OR_RETURN(const ChunkHeader header, ReadHeaderAt(record, file, offset_bytes));
+  if (header.codec == PayloadCodec::kMissing) return absl::NotFoundError(header.reason);
+  WEFT_ASSIGN_OR_RETURN(const uint64_t file_bytes, file.Size());
+  if (offset_bytes + kBlockBytes + header.payload_bytes > file_bytes) {
     return DataLoss(file_, record.offset_bytes, "the stream ends inside the frame");
   }
-  auto payload = std::make_unique<AlignedBuffer>(header->payload_bytes);
-  if (absl::Status status = file.ReadAt(payload->data(), payload->size(), offset_bytes + kBlockBytes);
-      !status.ok()) {
-    return status;
-  }
-  if (Checksum(payload->data(), payload->size()) != header->checksum) {
+  auto payload = std::make_unique<AlignedBuffer>(header.payload_bytes);
+  WEFT_RETURN_IF_ERROR(file.ReadAt(payload->data(), payload->size(), offset_bytes + kBlockBytes));
+  if (Checksum(payload->data(), payload->size()) != header.checksum) {
     return DataLoss(file_, record.offset_bytes, "the frame does not fit its checksum");
   }
-  if (header->codec == PayloadCodec::kPlanesZstd) {
-    auto unpacked = DecodeFrameBytes(*payload, header->format, header->width_px, header->frame_bytes);
+  if (header.codec == PayloadCodec::kPlanesZstd) {
+    auto unpacked = DecodeFrameBytes(*payload, header.format, header.width_px, header.frame_bytes);
     if (!unpacked.ok()) return DataLoss(file_, record.offset_bytes, unpacked.status().message());
     payload = *std::move(unpacked);
   }
   RawFrame frame;
   frame.camera_id = header_.camera_id;
-  frame.width_px = header->width_px;
-  frame.height_px = header->height_px;
-  frame.format = header->format;
+  frame.width_px = header.width_px;
+  frame.height_px = header.height_px;
+  frame.format = header.format;
   frame.bytes = std::move(payload);
-  frame.device_time_ns = header->device_time_ns;
-  frame.host_time_ns = header->host_time_ns;
-  frame.device_frame_id = header->device_frame_id;
+  frame.device_time_ns = header.device_time_ns;
+  frame.host_time_ns = header.host_time_ns;
+  frame.device_frame_id = header.device_frame_id;
   return frame;
 }
 
@@ -232,7 +223,7 @@ absl::Status StreamReader::CheckDescriptionPadding(StreamScan& scan) const {
     return absl::OkStatus();
   AlignedBuffer last(kBlockBytes);
   const uint64_t at = header_.size_in_stream() - kBlockBytes;
-  if (absl::Status status = file_.ReadAt(last.data(), kBlockBytes, at); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(file_.ReadAt(last.data(), kBlockBytes, at));
   NoteStrayByte(last.data(), bytes % kBlockBytes, kBlockBytes, at, scan);
   return absl::OkStatus();
 }
@@ -241,7 +232,7 @@ absl::StatusOr<uint64_t> StreamReader::NextChunk(uint64_t offset_bytes, uint64_t
   AlignedBuffer piece(kSearchBytes);
   for (uint64_t at = offset_bytes + kBlockBytes; at + kBlockBytes <= file_bytes; at += kSearchBytes) {
     const uint64_t size = std::min<uint64_t>(kSearchBytes, file_bytes - at);
-    if (absl::Status status = file_.ReadAt(piece.data(), size, at); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(file_.ReadAt(piece.data(), size, at));
     for (uint64_t block = 0; block + kBlockBytes <= size; block += kBlockBytes)
       if (BeginsLikeChunk(piece.data() + block) || BeginsLikeEnd(piece.data() + block)) return at + block;
   }
@@ -249,34 +240,32 @@ absl::StatusOr<uint64_t> StreamReader::NextChunk(uint64_t offset_bytes, uint64_t
 }
 
 absl::StatusOr<StreamScan> StreamReader::Scan() const {
-  const absl::StatusOr<uint64_t> file_bytes = file_.Size();
-  if (!file_bytes.ok()) return file_bytes.status();
+  WEFT_ASSIGN_OR_RETURN(const uint64_t file_bytes, file_.Size());
   StreamScan scan;
-  scan.file_bytes = *file_bytes;
-  if (absl::Status status = CheckDescriptionPadding(scan); !status.ok()) return status;
+  scan.file_bytes = file_bytes;
+  WEFT_RETURN_IF_ERROR(CheckDescriptionPadding(scan));
   AlignedBuffer block(kBlockBytes);
-  uint64_t at = std::min(header_.size_in_stream(), *file_bytes);
+  uint64_t at = std::min(header_.size_in_stream(), file_bytes);
   scan.end_bytes = std::max<uint64_t>(at, kBlockBytes);
-  while (at + kBlockBytes <= *file_bytes) {
+  while (at + kBlockBytes <= file_bytes) {
     ChunkHeader header;
     std::string why;
-    if (CheckChunk(at, *file_bytes, block, header, scan, why) &&
+    if (CheckChunk(at, file_bytes, block, header, scan, why) &&
         (scan.records.empty() ||
          (header.sequence > scan.records.back().sequence && header.set > scan.records.back().set))) {
       scan.records.push_back(RecordOf(header, at));
       at += header.size_in_stream();
-      scan.end_bytes = std::min(at, *file_bytes);
+      scan.end_bytes = std::min(at, file_bytes);
       continue;
     }
-    if (end_ && at + kBlockBytes == *file_bytes && at == scan.end_bytes) {
+    if (end_ && at + kBlockBytes == file_bytes && at == scan.end_bytes) {
       scan.end = end_;
       break;
     }
     if (why.empty()) why = absl::StrCat("set ", header.set, " stands after a later one");
-    const absl::StatusOr<uint64_t> next = NextChunk(at, *file_bytes);
-    if (!next.ok()) return next.status();
-    if (*next < *file_bytes || why != "no chunk header") scan.damage.push_back({at, why});
-    at = *next;
+    WEFT_ASSIGN_OR_RETURN(const uint64_t next, NextChunk(at, file_bytes));
+    if (next < file_bytes || why != "no chunk header") scan.damage.push_back({at, why});
+    at = next;
   }
   return scan;
 }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/take/take_files.h"
 
@@ -49,8 +50,7 @@ absl::StatusOr<uint64_t> BytesWithContent(const PosixFile& file, uint64_t start,
   std::string piece;
   while (end > start) {
     piece.resize(std::min(kPieceBytes, end - start));
-    if (absl::Status status = file.ReadAt(piece.data(), piece.size(), end - piece.size()); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(file.ReadAt(piece.data(), piece.size(), end - piece.size()));
     const size_t last = piece.find_last_not_of('\0');
     if (last != std::string::npos) return end - piece.size() + last + 1 - start;
     end -= piece.size();
@@ -71,10 +71,9 @@ class ChunkSink {
   }
   absl::Status Gap(const PlannedChunk& gap) { return Write(GapHeader(gap, take_)); }
   absl::Status CopyOf(const IndexRecord& record, const StreamReader& from, const PosixFile& file) {
-    const absl::StatusOr<ChunkHeader> header = from.ReadHeader(record);
-    if (!header.ok()) return header.status();
+    WEFT_ASSIGN_OR_RETURN(const ChunkHeader header, from.ReadHeader(record));
     const uint64_t payload = offset_bytes_ + kBlockBytes;
-    if (absl::Status status = Write(*header); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Write(header));
     // The file is new, so zeros follow whatever followed before.
     return Copy(file, record.offset_bytes + kBlockBytes, file_, payload, record.payload_bytes);
   }
@@ -89,7 +88,7 @@ class ChunkSink {
     return status;
   }
   absl::Status Finish() {
-    if (absl::Status status = file_.Truncate(offset_bytes_); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(file_.Truncate(offset_bytes_));
     return file_.SyncData();
   }
   const std::vector<IndexRecord>& records() const { return records_; }
@@ -116,13 +115,12 @@ absl::StatusOr<std::vector<IndexRecord>> Rewrite(const std::string& path, const 
   const std::string unfinished = path + ".new";
   std::vector<IndexRecord> records;
   {
-    absl::StatusOr<PosixFile> file = PosixFile::Open(unfinished, O_RDWR | O_CREAT | O_TRUNC);
-    if (!file.ok()) return file.status();
+    WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(unfinished, O_RDWR | O_CREAT | O_TRUNC));
     const std::string head = HeaderBytes(plan.header);
-    absl::Status status = file->WriteAt(head.data(), head.size(), 0);
+    absl::Status status = file.WriteAt(head.data(), head.size(), 0);
     absl::StatusOr<PosixFile> old = absl::NotFoundError("");
     if (plan.stream->reader) old = PosixFile::Open(path, O_RDONLY);
-    ChunkSink sink(*file, plan.header.take, head.size());
+    ChunkSink sink(file, plan.header.take, head.size());
     for (const PlannedChunk& chunk : plan.chunks) {
       if (!status.ok()) break;
       if (chunk.intact && !old.ok()) return old.status();
@@ -136,38 +134,33 @@ absl::StatusOr<std::vector<IndexRecord>> Rewrite(const std::string& path, const 
     }
     records = sink.records();
   }
-  if (plan.stream->reader)
-    if (absl::Status status = aside.Keep(path); !status.ok()) return status;
+  if (plan.stream->reader) WEFT_RETURN_IF_ERROR(aside.Keep(path));
   if (rename(unfinished.c_str(), path.c_str()) != 0) return FileError(path, "cannot be replaced", errno);
-  if (absl::Status status = SyncFolder(fs::path(path).parent_path().string()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(SyncFolder(fs::path(path).parent_path().string()));
   return records;
 }
 
 absl::StatusOr<std::vector<IndexRecord>> Append(const std::string& path, const StreamPlan& plan,
                                                 const StreamEnd& end, KeptAside& aside) {
-  absl::StatusOr<PosixFile> file = PosixFile::Open(path, O_RDWR);
-  if (!file.ok()) return file.status();
+  WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(path, O_RDWR));
   const StreamScan& scan = plan.stream->scan;
   if (plan.cut_bytes > 0) {
-    const absl::StatusOr<std::string> kept =
-        aside.Path(absl::StrCat(plan.stream->camera_id, ".stream.from-byte-", scan.end_bytes));
-    if (!kept.ok()) return kept.status();
-    absl::StatusOr<PosixFile> tail = PosixFile::Open(*kept, O_RDWR | O_CREAT | O_TRUNC);
-    if (!tail.ok()) return tail.status();
-    absl::Status status = Copy(*file, scan.end_bytes, *tail, 0, plan.cut_bytes);
-    if (status.ok()) status = tail->SyncData();
+    WEFT_ASSIGN_OR_RETURN(
+        const std::string kept,
+        aside.Path(absl::StrCat(plan.stream->camera_id, ".stream.from-byte-", scan.end_bytes)));
+    WEFT_ASSIGN_OR_RETURN(PosixFile tail, PosixFile::Open(kept, O_RDWR | O_CREAT | O_TRUNC));
+    absl::Status status = Copy(file, scan.end_bytes, tail, 0, plan.cut_bytes);
+    if (status.ok()) status = tail.SyncData();
     if (status.ok()) status = aside.Sync();
     if (!status.ok()) return status;
   }
-  ChunkSink sink(*file, plan.header.take, plan.header.size_in_stream());
+  ChunkSink sink(file, plan.header.take, plan.header.size_in_stream());
   for (size_t i = 0; i < plan.first_appended; ++i) sink.Skip(*plan.chunks[i].intact);
   if (plan.first_appended == plan.chunks.size() && plan.cut_bytes == 0 && !plan.needs_end &&
       !plan.changes_length)
     return sink.records();
   // What was cut is kept, and reserved zeros end here, before anything new is written.
-  if (absl::Status status = file->Truncate(std::max(scan.end_bytes, plan.header.size_in_stream()));
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(file.Truncate(std::max(scan.end_bytes, plan.header.size_in_stream())));
   absl::Status status;
   for (size_t i = plan.first_appended; i < plan.chunks.size() && status.ok(); ++i)
     status = sink.Gap(plan.chunks[i]);
@@ -197,12 +190,11 @@ absl::StatusOr<std::string> KeptAside::Path(const std::string& name) {
 }
 
 absl::Status KeptAside::Keep(const std::string& path) {
-  const absl::StatusOr<std::string> kept = Path(fs::path(path).filename().string());
-  if (!kept.ok()) return kept.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string kept, Path(fs::path(path).filename().string()));
   // A file system without second names: the file moves, and a repair that is interrupted now finds it gone
   // here.
-  if (link(path.c_str(), kept->c_str()) != 0 && rename(path.c_str(), kept->c_str()) != 0)
-    return FileError(*kept, "cannot be made", errno);
+  if (link(path.c_str(), kept.c_str()) != 0 && rename(path.c_str(), kept.c_str()) != 0)
+    return FileError(kept, "cannot be made", errno);
   return Sync();
 }
 
@@ -227,12 +219,10 @@ absl::StatusOr<StreamPlan> PlanStream(const std::string& take_folder, const Scan
   plan.changes_length = scan.file_bytes < at;  // the padding of the last frame may be cut
   const bool appends = plan.first_appended < plan.chunks.size();
   if (!scan.end && scan.file_bytes > scan.end_bytes) {
-    const absl::StatusOr<PosixFile> file =
-        PosixFile::Open(StreamFile(StreamFolder(take_folder), stream.camera_id), O_RDONLY);
-    if (!file.ok()) return file.status();
-    const absl::StatusOr<uint64_t> content = BytesWithContent(*file, scan.end_bytes, scan.file_bytes);
-    if (!content.ok()) return content.status();
-    plan.cut_bytes = *content;
+    WEFT_ASSIGN_OR_RETURN(const PosixFile file,
+                          PosixFile::Open(StreamFile(StreamFolder(take_folder), stream.camera_id), O_RDONLY));
+    WEFT_ASSIGN_OR_RETURN(const uint64_t content, BytesWithContent(file, scan.end_bytes, scan.file_bytes));
+    plan.cut_bytes = content;
     plan.changes_length = true;
   }
   plan.needs_end =
@@ -251,24 +241,21 @@ absl::Status ApplyPlan(const std::string& take_folder, const StreamPlan& plan, S
   // An index that is short is what a crash leaves; nothing is lost with it.
   const bool keeps_index =
       plan.is_rewritten || (plan.needs_index && !plan.stream->reader->index_damage().empty());
-  if (keeps_index && access(index.c_str(), F_OK) == 0)
-    if (absl::Status status = aside.Keep(index); !status.ok()) return status;
-  const absl::StatusOr<std::vector<IndexRecord>> records =
-      plan.is_rewritten ? Rewrite(path, plan, end, aside) : Append(path, plan, end, aside);
-  if (!records.ok()) return records.status();
+  if (keeps_index && access(index.c_str(), F_OK) == 0) WEFT_RETURN_IF_ERROR(aside.Keep(index));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<IndexRecord> records,
+                        plan.is_rewritten ? Rewrite(path, plan, end, aside) : Append(path, plan, end, aside));
   if (!plan.is_rewritten && !plan.needs_index) return absl::OkStatus();
   std::string bytes = IndexHeader(plan.header.take);
-  for (const IndexRecord& record : *records) AppendTo(bytes, record);
+  for (const IndexRecord& record : records) AppendTo(bytes, record);
   return ReplaceFile(index, bytes);
 }
 
 absl::Status ReplaceFile(const std::string& path, const std::string& bytes) {
   const std::string unfinished = path + ".new";
   {
-    absl::StatusOr<PosixFile> file = PosixFile::Open(unfinished, O_RDWR | O_CREAT | O_TRUNC);
-    if (!file.ok()) return file.status();
-    absl::Status status = file->WriteAt(bytes.data(), bytes.size(), 0);
-    if (status.ok()) status = file->SyncData();
+    WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(unfinished, O_RDWR | O_CREAT | O_TRUNC));
+    absl::Status status = file.WriteAt(bytes.data(), bytes.size(), 0);
+    if (status.ok()) status = file.SyncData();
     if (!status.ok()) {
       unlink(unfinished.c_str());
       return status;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/take/frame_codec.h"
 #include "capture/take/take_files.h"
@@ -36,7 +37,7 @@ StreamWriter::StreamWriter(PosixFile stream, PosixFile index, const StreamHeader
 absl::StatusOr<std::unique_ptr<StreamWriter>> StreamWriter::Create(const std::string& folder,
                                                                    const StreamHeader& header,
                                                                    const StreamWriterOptions& options) {
-  if (absl::Status status = CheckCameraId(header.camera_id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckCameraId(header.camera_id));
   const std::string path = StreamFile(folder, header.camera_id);
   constexpr int kNew = O_RDWR | O_CREAT | O_EXCL;
   absl::StatusOr<PosixFile> stream = PosixFile::Open(path, kNew | (options.bypass_page_cache ? O_DIRECT : 0));
@@ -44,19 +45,16 @@ absl::StatusOr<std::unique_ptr<StreamWriter>> StreamWriter::Create(const std::st
     stream = PosixFile::Open(path, O_RDWR | O_CREAT);  // the refusal may have left the file behind
   }
   if (!stream.ok()) return stream.status();
-  absl::StatusOr<PosixFile> index = PosixFile::Open(IndexFile(folder, header.camera_id), kNew);
-  if (!index.ok()) return index.status();
+  WEFT_ASSIGN_OR_RETURN(PosixFile index, PosixFile::Open(IndexFile(folder, header.camera_id), kNew));
   auto writer =
-      std::unique_ptr<StreamWriter>(new StreamWriter(*std::move(stream), *std::move(index), header, options));
-  if (absl::Status status = writer->Reserve(header.size_in_stream()); !status.ok()) return status;
+      std::unique_ptr<StreamWriter>(new StreamWriter(*std::move(stream), std::move(index), header, options));
+  WEFT_RETURN_IF_ERROR(writer->Reserve(header.size_in_stream()));
   const std::string head = HeaderBytes(header);
   AlignedBuffer blocks(head.size());
   std::memcpy(blocks.data(), head.data(), head.size());
-  if (absl::Status status = writer->stream_.WriteAt(blocks.data(), blocks.size(), 0); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(writer->stream_.WriteAt(blocks.data(), blocks.size(), 0));
   const std::string start = IndexHeader(header.take);
-  if (absl::Status status = writer->index_.WriteAt(start.data(), start.size(), 0); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(writer->index_.WriteAt(start.data(), start.size(), 0));
   writer->index_bytes_ = start.size();
   return writer;
 }
@@ -90,12 +88,11 @@ absl::Status StreamWriter::Write(ChunkHeader& header, const uint8_t* payload) {
   header.checksum = Checksum(payload, header.payload_bytes);
   const uint64_t offset = end_bytes_;
   const uint64_t end = offset + header.size_in_stream();
-  if (absl::Status status = Reserve(end); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Reserve(end));
   WriteBlock(header, header_block_.data());
   const iovec pieces[] = {{header_block_.data(), kBlockBytes},
                           {const_cast<uint8_t*>(payload), PaddedBytes(header.payload_bytes)}};
-  if (absl::Status status = stream_.WriteAt(pieces, header.payload_bytes > 0 ? 2 : 1, offset); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(stream_.WriteAt(pieces, header.payload_bytes > 0 ? 2 : 1, offset));
   ++sequence_;
   end_bytes_ = end;
   const std::lock_guard lock(mutex_);
@@ -114,12 +111,11 @@ absl::Status StreamWriter::Append(uint64_t set, const RawFrame& frame) {
   header.format = frame.format;
   header.frame_bytes = header.payload_bytes = frame.bytes->size();
   if (!options_.compress) return Write(header, frame.bytes->data());
-  const absl::StatusOr<std::unique_ptr<AlignedBuffer>> packed = EncodeFrame(frame, options_.zstd_level);
-  if (!packed.ok()) return packed.status();
-  if ((*packed)->size() >= header.frame_bytes) return Write(header, frame.bytes->data());
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<AlignedBuffer> packed, EncodeFrame(frame, options_.zstd_level));
+  if (packed->size() >= header.frame_bytes) return Write(header, frame.bytes->data());
   header.codec = PayloadCodec::kPlanesZstd;
-  header.payload_bytes = (*packed)->size();
-  return Write(header, (*packed)->data());
+  header.payload_bytes = packed->size();
+  return Write(header, packed->data());
 }
 
 absl::Status StreamWriter::AppendMissing(uint64_t set, int64_t device_time_ns, const std::string& reason) {
@@ -143,8 +139,7 @@ absl::Status StreamWriter::Commit(uint64_t last_set) {
   if (!flush_failure_.ok()) return flush_failure_;
   std::string bytes;
   for (const IndexRecord& record : records) AppendTo(bytes, record);
-  if (absl::Status status = index_.WriteAt(bytes.data(), bytes.size(), index_bytes_); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(index_.WriteAt(bytes.data(), bytes.size(), index_bytes_));
   index_bytes_ += bytes.size();
   committed_end_bytes_ =
       records.back().offset_bytes + kBlockBytes + PaddedBytes(records.back().payload_bytes);
@@ -184,9 +179,7 @@ absl::Status StreamWriter::WriteEnd(StreamEnd end) {
   end.chunks = index_bytes_ / kIndexRecordBytes - 1;
   end.last_set = last_set_;
   WriteBlock(end, header_block_.data());
-  if (absl::Status status = stream_.WriteAt(header_block_.data(), kBlockBytes, committed_end_bytes_);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(stream_.WriteAt(header_block_.data(), kBlockBytes, committed_end_bytes_));
   return stream_.SyncData();
 }
 

@@ -5,6 +5,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 
 namespace weft {
@@ -167,8 +168,7 @@ void WriteBlock(const ChunkHeader& header, uint8_t* block) {
 }
 
 absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block) {
-  if (absl::Status status = CheckBlock(block, kStreamMagic, "stream header", 1, kStreamVersion); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CheckBlock(block, kStreamMagic, "stream header", 1, kStreamVersion));
   StreamHeaderBlock read;
   StreamHeader& header = read.header;
   Reader reader(block + 8);
@@ -177,7 +177,7 @@ absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block) {
   if (!reader.Text(kMaxCameraIdBytes, header.camera_id)) {
     return absl::InvalidArgumentError("stream header with an impossible camera id");
   }
-  if (absl::Status status = CheckCameraId(header.camera_id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckCameraId(header.camera_id));
   if (header.version == 1) return read;
   read.description_bytes = reader.Number<uint64_t>();
   read.description_checksum = reader.Number<uint64_t>();
@@ -186,9 +186,7 @@ absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block) {
 }
 
 absl::StatusOr<StreamEnd> ReadStreamEnd(const uint8_t* block) {
-  if (absl::Status status = CheckBlock(block, kEndMagic, "end record", kStreamVersion, kStreamVersion);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CheckBlock(block, kEndMagic, "end record", kStreamVersion, kStreamVersion));
   Reader reader(block + 12);
   StreamEnd end;
   const auto outcome = reader.Number<uint32_t>();
@@ -205,8 +203,7 @@ absl::StatusOr<StreamEnd> ReadStreamEnd(const uint8_t* block) {
 }
 
 absl::StatusOr<ChunkHeader> ReadChunkHeader(const uint8_t* block) {
-  if (absl::Status status = CheckBlock(block, kChunkMagic, "chunk header", kVersion, kVersion); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CheckBlock(block, kChunkMagic, "chunk header", kVersion, kVersion));
   Reader reader(block + 12);
   ChunkHeader header;
   header.codec = static_cast<PayloadCodec>(reader.Number<uint32_t>());
@@ -227,7 +224,7 @@ absl::StatusOr<ChunkHeader> ReadChunkHeader(const uint8_t* block) {
   if (!reader.Text(kMaxReasonBytes, header.reason)) {
     return absl::InvalidArgumentError("chunk header with an impossible reason");
   }
-  if (absl::Status status = CheckChunk(header, format); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckChunk(header, format));
   return header;
 }
 

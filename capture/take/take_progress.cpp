@@ -3,6 +3,7 @@
 #include <fcntl.h>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "capture/take/take_files.h"
 
@@ -20,15 +21,13 @@ void AddTo(const std::vector<LedgerEntry>& entries, TakeProgress& progress) {
 }  // namespace
 
 absl::StatusOr<TakeProgress> ReadTakeProgress(const std::string& folder) {
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(folder), O_RDONLY);
-  if (!file.ok()) return file.status();
-  absl::StatusOr<std::string> text = file->ReadAll();
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(LedgerFile(folder), O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(std::string text, file.ReadAll());
   // A line that is being written is left for the next time.
-  text->resize(text->rfind('\n') + 1);
+  text.resize(text.rfind('\n') + 1);
   TakeProgress progress;
-  if (text->empty()) return progress;
-  const absl::StatusOr<ParsedLedger> ledger = ParseLedger(*text);
+  if (text.empty()) return progress;
+  const absl::StatusOr<ParsedLedger> ledger = ParseLedger(text);
   if (!ledger.ok()) {
     return absl::Status(ledger.status().code(), absl::StrCat(folder, ": ", ledger.status().message()));
   }
@@ -37,10 +36,8 @@ absl::StatusOr<TakeProgress> ReadTakeProgress(const std::string& folder) {
 }
 
 absl::StatusOr<LedgerReader::News> LedgerReader::ReadNew() {
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(take_folder_), O_RDONLY);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<uint64_t> size_bytes = file->Size();
-  if (!size_bytes.ok()) return size_bytes.status();
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(LedgerFile(take_folder_), O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size_bytes, file.Size());
   News news;
   // A recorder whose disk failed writes its last lines anew, and a recovery cuts damaged ones off.
   for (const bool from_start : {offset_bytes_ == 0, true}) {
@@ -49,10 +46,9 @@ absl::StatusOr<LedgerReader::News> LedgerReader::ReadNew() {
       offset_bytes_ = 0;
       tail_ = LedgerTail();
     }
-    if (*size_bytes < offset_bytes_) continue;
-    std::string text(*size_bytes - offset_bytes_, '\0');
-    if (absl::Status status = file->ReadAt(text.data(), text.size(), offset_bytes_); !status.ok())
-      return status;
+    if (size_bytes < offset_bytes_) continue;
+    std::string text(size_bytes - offset_bytes_, '\0');
+    WEFT_RETURN_IF_ERROR(file.ReadAt(text.data(), text.size(), offset_bytes_));
     text.resize(text.rfind('\n') + 1);  // a line that is being written is left for the next time
     const size_t damaged = tail_.damaged_lines();
     news.entries = tail_.Add(text);
@@ -63,10 +59,9 @@ absl::StatusOr<LedgerReader::News> LedgerReader::ReadNew() {
 }
 
 absl::StatusOr<const TakeProgress*> TakeFollower::Look() {
-  const absl::StatusOr<LedgerReader::News> news = ledger_.ReadNew();
-  if (!news.ok()) return news.status();
-  if (news->from_start) progress_ = {};
-  AddTo(news->entries, progress_);
+  WEFT_ASSIGN_OR_RETURN(const LedgerReader::News news, ledger_.ReadNew());
+  if (news.from_start) progress_ = {};
+  AddTo(news.entries, progress_);
   return &progress_;
 }
 

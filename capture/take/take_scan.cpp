@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/take/take_files.h"
 
 namespace weft {
@@ -59,10 +60,9 @@ uint64_t TakeOf(const std::vector<ScannedStream>& streams) {
 absl::StatusOr<std::vector<ScannedStream>> ScanStreams(const std::string& folder,
                                                        const std::vector<std::string>& cameras,
                                                        uint64_t take) {
-  const absl::StatusOr<std::vector<std::string>> ids = CamerasWithFiles(folder, cameras);
-  if (!ids.ok()) return ids.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> ids, CamerasWithFiles(folder, cameras));
   std::vector<ScannedStream> streams;
-  for (const std::string& id : *ids) {
+  for (const std::string& id : ids) {
     ScannedStream& stream = streams.emplace_back();
     stream.camera_id = id;
     auto reader = StreamReader::OpenDamaged(StreamFolder(folder), id, take);
@@ -74,13 +74,12 @@ absl::StatusOr<std::vector<ScannedStream>> ScanStreams(const std::string& folder
   for (ScannedStream& stream : streams) {
     if (!stream.reader) continue;
     if (!stream.reader->header_damage().empty() && stream.reader->header().take != number) {
-      auto again = StreamReader::OpenDamaged(StreamFolder(folder), stream.camera_id, number);
-      if (!again.ok()) return again.status();
-      stream.reader = *std::move(again);
+      WEFT_ASSIGN_OR_RETURN(auto again,
+                            StreamReader::OpenDamaged(StreamFolder(folder), stream.camera_id, number));
+      stream.reader = std::move(again);
     }
-    absl::StatusOr<StreamScan> scan = stream.reader->Scan();
-    if (!scan.ok()) return scan.status();
-    stream.scan = *std::move(scan);
+    WEFT_ASSIGN_OR_RETURN(StreamScan scan, stream.reader->Scan());
+    stream.scan = std::move(scan);
   }
   return streams;
 }

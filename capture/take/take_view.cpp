@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 
@@ -26,10 +27,9 @@ int64_t PeriodOf_ns(const RecordedTake& take) {
 }
 
 absl::StatusOr<TakeView> TakeView::Open(const std::string& folder, const TakeViewOptions& options) {
-  absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(folder);
-  if (!take.ok()) return take.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<RecordedTake> take, RecordedTake::Open(folder));
   TakeView view;
-  view.take_ = *std::move(take);
+  view.take_ = std::move(take);
   const std::vector<std::string>& ids = view.take_->camera_ids();
   view.shift_ns_.resize(ids.size());
   view.shift_sets_.resize(ids.size());

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/take_files.h"
 
 namespace weft {
@@ -20,7 +21,7 @@ absl::Status CheckCameras(const std::vector<std::string>& camera_ids) {
   if (camera_ids.empty()) return absl::InvalidArgumentError("a take needs at least one camera");
   std::set<std::string> seen;
   for (const std::string& id : camera_ids) {
-    if (absl::Status status = CheckCameraId(id); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckCameraId(id));
     if (!seen.insert(id).second) {
       return absl::InvalidArgumentError(absl::StrCat("camera id ", id, " occurs twice; ids must be unique"));
     }
@@ -51,25 +52,23 @@ absl::StatusOr<PosixFile> OpenLockedLedger(const std::string& take, int flags) {
 absl::StatusOr<std::unique_ptr<TakeWriter>> TakeWriter::Create(const std::string& folder,
                                                                const std::vector<std::string>& camera_ids,
                                                                const TakeWriterOptions& options) {
-  if (absl::Status status = CheckCameras(camera_ids); !status.ok()) return status;
-  if (absl::Status status = options.stream.Validate(); !status.ok()) return status;
-  if (absl::Status status = MakeFolder(folder); !status.ok()) return status;
-  absl::StatusOr<PosixFile> ledger = OpenLockedLedger(folder, O_RDWR | O_CREAT | O_EXCL);
-  if (!ledger.ok()) return ledger.status();
-  auto take = std::unique_ptr<TakeWriter>(new TakeWriter(*std::move(ledger), camera_ids));
+  WEFT_RETURN_IF_ERROR(CheckCameras(camera_ids));
+  WEFT_RETURN_IF_ERROR(options.stream.Validate());
+  WEFT_RETURN_IF_ERROR(MakeFolder(folder));
+  WEFT_ASSIGN_OR_RETURN(PosixFile ledger, OpenLockedLedger(folder, O_RDWR | O_CREAT | O_EXCL));
+  auto take = std::unique_ptr<TakeWriter>(new TakeWriter(std::move(ledger), camera_ids));
   const std::string heading = LedgerHeading();
-  if (absl::Status status = take->ledger_.WriteAt(heading.data(), heading.size(), 0); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(take->ledger_.WriteAt(heading.data(), heading.size(), 0));
   take->ledger_bytes_ = heading.size();
   take->ledger_checksum_ = LedgerStart();
   for (size_t i = 0; i < camera_ids.size(); ++i) {
     const std::string description = i < options.descriptions.size() ? options.descriptions[i] : "";
-    auto stream = StreamWriter::Create(StreamFolder(folder), {options.take, camera_ids[i], description},
-                                       options.stream);
-    if (!stream.ok()) return stream.status();
-    take->streams_.push_back(*std::move(stream));
+    WEFT_ASSIGN_OR_RETURN(
+        auto stream, StreamWriter::Create(StreamFolder(folder), {options.take, camera_ids[i], description},
+                                          options.stream));
+    take->streams_.push_back(std::move(stream));
   }
-  if (absl::Status status = take->SyncFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(take->SyncFolders(folder));
   return take;
 }
 
@@ -78,7 +77,7 @@ absl::Status TakeWriter::SyncFolders(const std::string& folder) const {
   const fs::path path = fs::absolute(folder, error).lexically_normal();
   const fs::path own = path.has_filename() ? path : path.parent_path();
   for (const std::string& each : {StreamFolder(folder), folder, own.parent_path().string()})
-    if (absl::Status status = SyncFolder(each); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(SyncFolder(each));
   return absl::OkStatus();
 }
 
@@ -97,10 +96,9 @@ absl::Status TakeWriter::AppendToLedger(const std::vector<LedgerEntry>& entries)
   std::string text;
   uint64_t checksum = ledger_checksum_;
   for (const LedgerEntry& entry : entries) text += ToCsvLine(entry, checksum);
-  if (absl::Status status = ledger_.WriteAt(text.data(), text.size(), ledger_bytes_); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(ledger_.WriteAt(text.data(), text.size(), ledger_bytes_));
   // Where this fails the same place is written again.
-  if (absl::Status status = ledger_.SyncData(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ledger_.SyncData());
   ledger_bytes_ += text.size();
   ledger_checksum_ = checksum;
   return absl::OkStatus();
@@ -108,10 +106,9 @@ absl::Status TakeWriter::AppendToLedger(const std::vector<LedgerEntry>& entries)
 
 absl::Status TakeWriter::Commit(std::optional<uint64_t> last_set, const std::vector<LedgerEntry>& entries) {
   if (last_set) {
-    for (const auto& stream : streams_)
-      if (absl::Status status = stream->Commit(*last_set); !status.ok()) return status;
+    for (const auto& stream : streams_) WEFT_RETURN_IF_ERROR(stream->Commit(*last_set));
   }
-  if (absl::Status status = AppendToLedger(entries); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(AppendToLedger(entries));
   for (const auto& stream : streams_) stream->Keep();
   return absl::OkStatus();
 }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/content_hash.h"
 #include "pattern/board/window_code.h"
 
@@ -153,7 +154,7 @@ std::vector<CodeClash> Board::FindClashes(size_t limit) const {
 }
 
 absl::StatusOr<Board> BoardFromImage(const Frame& image) {
-  if (absl::Status status = image.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(image.Validate());
   const std::string who = image.origin.empty() ? "board image" : image.origin;
   if (image.format != PixelFormat::kRgb8) {
     return absl::InvalidArgumentError(absl::StrCat(who, ": a board image has colours, this one is ",

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"
+#include "base/status_macros.h"
 #include "pattern/board/code_set.h"
 
 namespace weft {
@@ -187,8 +188,7 @@ absl::Status BoardGenerationOptions::Validate() const {
     if (std::all_of(panels.begin(), panels.end(), [](uint8_t p) { return p == 0; }))
       return bad("panels has no cell that belongs to a panel");
   }
-  for (const Board& other : apart_from)
-    if (absl::Status status = other.Validate(); !status.ok()) return status;
+  for (const Board& other : apart_from) WEFT_RETURN_IF_ERROR(other.Validate());
   return absl::OkStatus();
 }
 
@@ -201,9 +201,9 @@ absl::StatusOr<Board> GenerateBoard(const BoardGenerationOptions& options, const
   if (options.rows > 0 && options.cols > 0 && options.rows <= 4096 && options.cols <= 4096) {
     board.cells.assign(static_cast<size_t>(options.rows) * options.cols, CellColor::kRed);
   }
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   board.panels = options.panels;
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
   const int64_t windows = int64_t{options.rows - 2} * (options.cols - 2);
   int64_t taken = 0;
   BoardMaker maker(options.seed, progress, &board);
@@ -214,7 +214,7 @@ absl::StatusOr<Board> GenerateBoard(const BoardGenerationOptions& options, const
                      " windows, only ", kDistinctWindows - taken, taken > 0 ? " are free" : " exist",
                      "; make it smaller, or give the masks of its panels"));
   }
-  if (absl::Status status = maker.Fill(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(maker.Fill());
   board.id = board.ContentHash();
   return board;
 }

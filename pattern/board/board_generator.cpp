@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"
+#include "base/status_macros.h"
 #include "pattern/board/board.h"
 #include "pattern/board/window_code.h"
 
@@ -82,7 +83,7 @@ absl::StatusOr<Board> GenerateBoard(int rows, int cols, double cell_mm, uint64_t
   if (rows > 0 && cols > 0 && rows <= 4096 && cols <= 4096) {
     board.cells.assign(static_cast<size_t>(rows) * cols, CellColor::kRed);
   }
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
   // 6,464,682 windows have no equal 4-neighbours, four rotations each.
   constexpr size_t kDistinctWindows = 6464682 / 4;
   const size_t windows = static_cast<size_t>(rows - 2) * (cols - 2);

@@ -1,6 +1,7 @@
 #include "pattern/board/board_index.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 
@@ -17,7 +18,7 @@ absl::Status ClashError(const Board& board) {
 }  // namespace
 
 absl::StatusOr<BoardIndex> BoardIndex::Build(const Board& board) {
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
   BoardIndex index;
   index.board_ = board;
   const size_t codes = static_cast<size_t>(board.rows - 2) * (board.cols - 2) * 4;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/random.h"
+#include "base/status_macros.h"
 #include "pattern/board/board_index.h"
 #include "pattern/board/code_set.h"
 
@@ -146,8 +147,8 @@ absl::Status CodingReportOptions::Validate() const {
 }
 
 absl::StatusOr<CodingReport> MakeCodingReport(const Board& board, const CodingReportOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(board.Validate());
   CodingReport report;
   MeasureCodes(board, &report);
   MeasureColors(board, &report);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -16,7 +17,7 @@ absl::Status CheckBoards(const std::vector<Board>& boards) {
   if (boards.size() < 2) return absl::InvalidArgumentError("give two boards or more to join");
   for (size_t i = 0; i < boards.size(); ++i) {
     const Board& board = boards[i];
-    if (absl::Status status = board.Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(board.Validate());
     if (!board.parts.empty())
       return absl::InvalidArgumentError(absl::StrCat(
           "board ", board.id, " is a joint board itself; give the boards that it was joined of"));
@@ -48,7 +49,7 @@ CellColor ColorBeside(const Board& board, int row, int col) {
 }  // namespace
 
 absl::StatusOr<Board> JoinBoards(const std::vector<Board>& boards) {
-  if (absl::Status status = CheckBoards(boards); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckBoards(boards));
   Board joint;
   joint.square_fraction = boards[0].square_fraction;
   joint.cell_mm = boards[0].cell_mm;
@@ -88,7 +89,7 @@ absl::StatusOr<Board> JoinBoards(const std::vector<Board>& boards) {
     }
   }
   joint.id = joint.ContentHash();
-  if (absl::Status status = joint.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(joint.Validate());
   return joint;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -43,7 +44,7 @@ std::vector<int> Pieces(const std::vector<int>& cells, int rows, int cols) {
 }  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> PanelsFromMask(const Frame& mask) {
-  if (absl::Status status = mask.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(mask.Validate());
   const std::string who = mask.origin.empty() ? "panel mask" : mask.origin;
   if (mask.format != PixelFormat::kGrey8 && mask.format != PixelFormat::kRgb8)
     return absl::InvalidArgumentError(absl::StrCat(who, ": a panel mask is a grey or a coloured image"));

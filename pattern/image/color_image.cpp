@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/status_macros.h"
 #include "pattern/image/image_kernel.h"
 
 namespace weft {
@@ -44,15 +45,14 @@ ColorImage Demosaic(const Frame& frame) {
 }  // namespace
 
 absl::StatusOr<ColorImage> ToColorImage(const Frame& frame) {
-  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frame.Validate());
   const bool small = frame.width_px < 3 || frame.height_px < 3;
   if (frame.format != PixelFormat::kGrey8 && frame.format != PixelFormat::kRgb8 && !small)
     return Demosaic(frame);
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  ColorImage image = EmptyImage(rgb->width_px, rgb->height_px);
-  for (int y = 0; y < rgb->height_px; ++y)
-    BestImageKernels().widen_row(rgb->row(y), rgb->width_px, image.row(y));
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(frame));
+  ColorImage image = EmptyImage(rgb.width_px, rgb.height_px);
+  for (int y = 0; y < rgb.height_px; ++y)
+    BestImageKernels().widen_row(rgb.row(y), rgb.width_px, image.row(y));
   return image;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "pattern/image/color_image.h"
 
 namespace weft {
@@ -163,8 +164,7 @@ double NextNearest(const PaletteReport& report, int ink, int but) {
 
 absl::StatusOr<std::vector<PaletteSample>> SampleCells(const Frame& frame, const Board& board,
                                                        const std::vector<Observation>& observations) {
-  const absl::StatusOr<ColorImage> image = ToColorImage(frame);
-  if (!image.ok()) return image.status();
+  WEFT_ASSIGN_OR_RETURN(const ColorImage image, ToColorImage(frame));
   std::map<std::pair<int, int>, const Observation*> centers;
   for (const Observation& o : observations) {
     if (o.node.kind == NodeKind::kCenter && board.Contains(o.node.row, o.node.col))
@@ -181,7 +181,7 @@ absl::StatusOr<std::vector<PaletteSample>> SampleCells(const Frame& frame, const
     if (pitch > 1e299) continue;
     Cell cell{.ink = board.at(place.first, place.second)};
     const double radius = std::max(0.71, 0.25 * board.square_fraction * pitch);
-    if (DiskMean(*image, o->x_px, o->y_px, radius, &cell.color)) cells[place] = cell;
+    if (DiskMean(image, o->x_px, o->y_px, radius, &cell.color)) cells[place] = cell;
   }
   std::map<std::pair<int, int>, double> light;
   for (const auto& [place, cell] : cells) light[place] = 1;
@@ -206,8 +206,7 @@ absl::StatusOr<std::vector<PaletteSample>> SampleCells(const Frame& frame, const
 absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
                                                           const std::array<double, 2>& first_px,
                                                           const std::array<double, 2>& last_px) {
-  const absl::StatusOr<ColorImage> image = ToColorImage(frame);
-  if (!image.ok()) return image.status();
+  WEFT_ASSIGN_OR_RETURN(const ColorImage image, ToColorImage(frame));
   const double dx = (last_px[0] - first_px[0]) / kCellColors, dy = (last_px[1] - first_px[1]) / kCellColors;
   const double radius = 0.25 * std::hypot(dx, dy);  // swatches of 20 mm every 24 mm
   if (!(radius >= 2))
@@ -218,7 +217,7 @@ absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
   for (int k = 0; k < kCellColors; ++k) {
     const double x = first_px[0] + k * dx, y = first_px[1] + k * dy;
     Rgb unused;
-    if (!DiskMean(*image, x, y, radius, &unused)) {
+    if (!DiskMean(image, x, y, radius, &unused)) {
       return absl::InvalidArgumentError(
           absl::StrCat("the ", std::string(CellColorName(static_cast<CellColor>(k))), " swatch would lie at ",
                        std::lround(x), ", ", std::lround(y), ", off the picture of ", frame.width_px, " x ",
@@ -227,7 +226,7 @@ absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
     for (int py = static_cast<int>(std::ceil(y - radius)); py <= y + radius; ++py) {
       for (int px = static_cast<int>(std::ceil(x - radius)); px <= x + radius; ++px) {
         if ((px - x) * (px - x) + (py - y) * (py - y) > radius * radius) continue;
-        const uint8_t* p = image->at(px, py);
+        const uint8_t* p = image.at(px, py);
         samples.push_back({static_cast<CellColor>(k),
                            {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}});
       }

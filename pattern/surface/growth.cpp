@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/status_macros.h"
 #include "pattern/fit/cell_bounds.h"
 #include "pattern/surface/occupied_positions.h"
 
@@ -261,7 +262,7 @@ class Growth {
 }  // namespace
 
 absl::Status GrowthOptions::Validate() const {
-  if (absl::Status status = fit.Validate("growth.fit"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(fit.Validate("growth.fit"));
   if (!(clearly_explained >= 0 && clearly_explained <= 1)) {
     return absl::InvalidArgumentError("growth.clearly_explained must lie in [0, 1]");
   }

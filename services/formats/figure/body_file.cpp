@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -33,7 +34,7 @@ constexpr std::array<BodyField, kBodyFactors> kFields = {
 
 absl::StatusOr<NamedBody> ParseBody(std::string_view json, const std::string& source_name) {
   v1::Body proto;
-  if (absl::Status status = ParseJson(json, source_name, proto); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(json, source_name, proto));
   NamedBody out;
   out.id = proto.id();
   for (const BodyField& field : kFields)
@@ -44,9 +45,8 @@ absl::StatusOr<NamedBody> ParseBody(std::string_view json, const std::string& so
 }
 
 absl::StatusOr<NamedBody> ReadBody(const std::string& path) {
-  const absl::StatusOr<std::string> json = ReadWholeFile(path, kMaxJsonBytes);
-  if (!json.ok()) return json.status();
-  return ParseBody(*json, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ReadWholeFile(path, kMaxJsonBytes));
+  return ParseBody(json, path);
 }
 
 void BodyToProto(const NamedBody& body, v1::Body& proto) {

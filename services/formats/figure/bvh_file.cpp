@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/angles.h"
+#include "base/status_macros.h"
 #include "services/formats/figure/bvh_hierarchy.h"
 #include "services/formats/figure/bvh_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -24,19 +25,17 @@ struct BvhRows {
 
 // "Frames: 30" and "Frame Time: 0.0333", with or without blanks around the colon.
 absl::Status ReadHead(BvhText& text, double& frames, double& frame_s) {
-  if (absl::Status status = text.Expect("frames"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(text.Expect("frames"));
   text.Take(":");
-  const absl::StatusOr<double> count = text.Number("the number of frames");
-  if (!count.ok()) return count.status();
-  frames = *count;
+  WEFT_ASSIGN_OR_RETURN(const double count, text.Number("the number of frames"));
+  frames = count;
   if (!text.Take("frametime")) {
-    if (absl::Status status = text.Expect("frame"); !status.ok()) return status;
-    if (absl::Status status = text.Expect("time"); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(text.Expect("frame"));
+    WEFT_RETURN_IF_ERROR(text.Expect("time"));
   }
   text.Take(":");
-  const absl::StatusOr<double> time = text.Number("the frame time");
-  if (!time.ok()) return time.status();
-  frame_s = *time;
+  WEFT_ASSIGN_OR_RETURN(const double time, text.Number("the frame time"));
+  frame_s = time;
   if (frame_s > 0) return absl::OkStatus();
   return text.ErrorBefore(absl::StrCat(
       "Frame Time is ", frame_s, ", expected the seconds between two frames, 0.0333333 at 30 a second"));
@@ -48,9 +47,8 @@ absl::Status ReadRow(BvhText& text, size_t numbers, std::vector<double>& values)
   size_t in_first_line = 0;
   for (size_t k = 0; k < numbers; ++k) {
     in_first_line += text.Line() == line ? 1 : 0;
-    const absl::StatusOr<double> value = text.Number("the value of a channel");
-    if (!value.ok()) return value.status();
-    values.push_back(*value);
+    WEFT_ASSIGN_OR_RETURN(const double value, text.Number("the value of a channel"));
+    values.push_back(value);
     if (k + 1 < numbers || text.AtEnd() || text.Line() != text.LineBefore()) continue;
     if (in_first_line < numbers)
       return absl::InvalidArgumentError(absl::StrCat("is damaged: line ", line, ": a row of ", in_first_line,
@@ -64,11 +62,11 @@ absl::Status ReadRow(BvhText& text, size_t numbers, std::vector<double>& values)
 absl::StatusOr<BvhRows> ReadRows(BvhText& text, BvhHierarchy& hierarchy) {
   BvhRows out;
   double frames = 0;
-  if (absl::Status status = ReadHead(text, frames, out.frame_s); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadHead(text, frames, out.frame_s));
   if (hierarchy.numbers == 0) return text.Error("no joint has channels, so nothing moves");
   const size_t most = kMostRotations / hierarchy.joints.size() * hierarchy.numbers;
   while (!text.AtEnd()) {
-    if (absl::Status status = ReadRow(text, hierarchy.numbers, out.values); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ReadRow(text, hierarchy.numbers, out.values));
     if (out.values.size() > most) return text.Error("more poses than are read; cut the file into parts");
   }
   const auto rows = static_cast<double>(out.values.size() / hierarchy.numbers);
@@ -99,7 +97,7 @@ class MotionBuilder {
   }
 
   absl::StatusOr<ForeignMotion> Build() {
-    if (absl::Status status = FindScales(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(FindScales());
     const bool is_added = PositionsAreAdded();
     out_.fps = 1 / rows_.frame_s;
     out_.joints = std::move(hierarchy_.joints);
@@ -212,18 +210,16 @@ absl::StatusOr<ForeignMotion> Parse(std::string_view bytes, BvhAngles angles) {
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
     return absl::InvalidArgumentError("is text in UTF-16; save it as UTF-8");
   BvhText text(bytes);
-  absl::StatusOr<BvhHierarchy> hierarchy = ReadBvhHierarchy(text);
-  if (!hierarchy.ok()) return hierarchy.status();
+  WEFT_ASSIGN_OR_RETURN(BvhHierarchy hierarchy, ReadBvhHierarchy(text));
   if (text.AtEnd()) return absl::InvalidArgumentError("has no motion; the part MOTION is missing");
-  const absl::StatusOr<BvhRows> rows = ReadRows(text, *hierarchy);
-  if (!rows.ok()) return rows.status();
+  WEFT_ASSIGN_OR_RETURN(const BvhRows rows, ReadRows(text, hierarchy));
   bool are_radians = angles == BvhAngles::kRadians;
   if (angles == BvhAngles::kAuto) {
-    const AngleJudgement judgement = JudgeBvhAngles(*hierarchy, rows->values);
+    const AngleJudgement judgement = JudgeBvhAngles(hierarchy, rows.values);
     are_radians = judgement.are_radians;
-    if (!judgement.note.empty()) hierarchy->notes.push_back(judgement.note);
+    if (!judgement.note.empty()) hierarchy.notes.push_back(judgement.note);
   }
-  return MotionBuilder(*std::move(hierarchy), *rows, are_radians ? 1 : kRadPerDeg).Build();
+  return MotionBuilder(std::move(hierarchy), rows, are_radians ? 1 : kRadPerDeg).Build();
 }
 
 }  // namespace
@@ -242,9 +238,8 @@ absl::StatusOr<ForeignMotion> ParseBvh(std::string_view bytes, const std::string
 }
 
 absl::StatusOr<ForeignMotion> ReadBvh(const std::string& path, BvhAngles angles) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path, kMaxBvhBytes);
-  if (!bytes.ok()) return bytes.status();
-  return ParseBvh(*bytes, path, angles);
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, kMaxBvhBytes));
+  return ParseBvh(bytes, path, angles);
 }
 
 }  // namespace weft

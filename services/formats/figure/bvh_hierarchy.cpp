@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -29,8 +30,7 @@ class HierarchyReader {
   absl::StatusOr<BvhHierarchy> Read() {
     if (!text_.Take("hierarchy"))
       return absl::InvalidArgumentError("is not BVH; it does not begin with HIERARCHY");
-    while (!text_.AtEnd() && !text_.Take("motion"))
-      if (absl::Status status = ReadPart(); !status.ok()) return status;
+    while (!text_.AtEnd() && !text_.Take("motion")) WEFT_RETURN_IF_ERROR(ReadPart());
     if (!open_.empty()) return text_.Error("ends or moves on within a joint; a closing brace is missing");
     if (out_.joints.empty()) return text_.Error("has no ROOT");
     return std::move(out_);
@@ -76,17 +76,15 @@ class HierarchyReader {
 
   absl::Status ReadOffset() {
     for (int k = 0; k < 3; ++k) {
-      const absl::StatusOr<double> value = text_.Number("the offset of a joint");
-      if (!value.ok()) return value.status();
-      out_.joints[open_.back()].offset[k] = *value;
+      WEFT_ASSIGN_OR_RETURN(const double value, text_.Number("the offset of a joint"));
+      out_.joints[open_.back()].offset[k] = value;
     }
     return absl::OkStatus();
   }
 
   // The names count, as in other importers; their number says the same once more.
   absl::Status ReadChannels() {
-    const absl::StatusOr<double> count = text_.Number("the number of channels");
-    if (!count.ok()) return count.status();
+    WEFT_ASSIGN_OR_RETURN(const double count, text_.Number("the number of channels"));
     std::vector<BvhChannel>& channels = out_.channels[open_.back()];
     const size_t before = channels.size();
     while (const std::optional<BvhChannel> channel = ChannelNamed(text_.Peek())) {
@@ -97,12 +95,12 @@ class HierarchyReader {
     }
     const size_t found = channels.size() - before;
     out_.numbers += found;
-    if (static_cast<double>(found) < *count)
-      return text_.Error(absl::StrCat("CHANNELS says ", *count, ", but has ", found, " names; \"", Shown(),
+    if (static_cast<double>(found) < count)
+      return text_.Error(absl::StrCat("CHANNELS says ", count, ", but has ", found, " names; \"", Shown(),
                                       "\" is no channel (Xposition, Yrotation and so on)"));
-    if (static_cast<double>(found) > *count)
+    if (static_cast<double>(found) > count)
       out_.notes.push_back(absl::StrCat("\"", out_.joints[open_.back()].name, "\" has ", found,
-                                        " channels where CHANNELS says ", *count, "; all were read"));
+                                        " channels where CHANNELS says ", count, "; all were read"));
     return absl::OkStatus();
   }
 

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/figure/bvh_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -77,9 +78,8 @@ absl::StatusOr<Motion> DecodeMotion(std::string_view bytes, const std::string& s
 }
 
 absl::StatusOr<Motion> ReadMotion(const std::string& path) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path, kMaxMotionBytes);
-  if (!bytes.ok()) return bytes.status();
-  return DecodeMotion(*bytes, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, kMaxMotionBytes));
+  return DecodeMotion(bytes, path);
 }
 
 std::string MotionHash(const Motion& motion) {

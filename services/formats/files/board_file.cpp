@@ -4,6 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/board/joint_board.h"
 #include "pattern/board/panel_mask.h"
@@ -24,9 +25,8 @@ absl::StatusOr<Board> ReadBoardImage(const std::string& path) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": has ", bytes, " bytes, more than the ",
                                                    kMostImageBytes, " that the image of a board may have"));
   }
-  const absl::StatusOr<Frame> image = ReadImageFile(path);
-  if (!image.ok()) return image.status();
-  absl::StatusOr<Board> board = BoardFromImage(*image);
+  WEFT_ASSIGN_OR_RETURN(const Frame image, ReadImageFile(path));
+  absl::StatusOr<Board> board = BoardFromImage(image);
   if (!board.ok()) {
     const std::string why(board.status().message());
     const bool named = why.find(path) != std::string::npos;
@@ -52,11 +52,9 @@ absl::StatusOr<std::string> FileBeside(const std::string& path, const char* fiel
 }
 
 absl::Status ReadPanels(const std::string& path, const std::string& name, Board* board) {
-  const absl::StatusOr<std::string> file = FileBeside(path, "panels", name);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::vector<uint8_t>> panels = ReadPanelMask(*file, board->rows, board->cols);
-  if (!panels.ok()) return panels.status();
-  board->panels = *panels;
+  WEFT_ASSIGN_OR_RETURN(const std::string file, FileBeside(path, "panels", name));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> panels, ReadPanelMask(file, board->rows, board->cols));
+  board->panels = panels;
   return absl::OkStatus();
 }
 
@@ -74,46 +72,43 @@ absl::Status CheckPartHashes(const std::string& path, const v1::Board& proto, co
 
 absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   v1::Board proto;
-  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path, proto, kInputJson));
   const fs::path image_name = proto.image().empty() ? "board.png" : proto.image();
-  const absl::StatusOr<std::string> image_file = FileBeside(path, "image", image_name);
-  if (!image_file.ok()) return image_file.status();
-  const std::string& image = *image_file;
-  absl::StatusOr<Board> board = ReadBoardImage(image);
-  if (!board.ok()) return board.status();
-  if (proto.rows() != board->rows)
-    return Mismatch(path, "rows", absl::StrCat(proto.rows()), image, absl::StrCat(board->rows));
-  if (proto.cols() != board->cols)
-    return Mismatch(path, "cols", absl::StrCat(proto.cols()), image, absl::StrCat(board->cols));
-  if (proto.has_hash() && proto.hash() != board->ContentHash())
-    return Mismatch(path, "hash", proto.hash(), image, board->ContentHash());
-  if (proto.has_id()) board->id = proto.id();
-  board->cell_mm = proto.cell_mm();
-  if (proto.has_square_fraction()) board->square_fraction = proto.square_fraction();
+  WEFT_ASSIGN_OR_RETURN(const std::string image_file, FileBeside(path, "image", image_name));
+  const std::string& image = image_file;
+  WEFT_ASSIGN_OR_RETURN(Board board, ReadBoardImage(image));
+  if (proto.rows() != board.rows)
+    return Mismatch(path, "rows", absl::StrCat(proto.rows()), image, absl::StrCat(board.rows));
+  if (proto.cols() != board.cols)
+    return Mismatch(path, "cols", absl::StrCat(proto.cols()), image, absl::StrCat(board.cols));
+  if (proto.has_hash() && proto.hash() != board.ContentHash())
+    return Mismatch(path, "hash", proto.hash(), image, board.ContentHash());
+  if (proto.has_id()) board.id = proto.id();
+  board.cell_mm = proto.cell_mm();
+  if (proto.has_square_fraction()) board.square_fraction = proto.square_fraction();
   if (!proto.panels().empty()) {
-    if (absl::Status status = ReadPanels(path, proto.panels(), &*board); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ReadPanels(path, proto.panels(), &board));
   }
   for (const v1::BoardPart& part : proto.parts())
-    board->parts.push_back(
+    board.parts.push_back(
         {part.id(), part.first_row(), part.rows(), part.cols(), part.cell_mm(), part.has_panels()});
-  if (absl::Status status = board->Validate(); !status.ok()) {
+  if (absl::Status status = board.Validate(); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
   }
-  if (absl::Status status = CheckPartHashes(path, proto, *board); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPartHashes(path, proto, board));
   return board;
 }
 
 }  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> ReadPanelMask(const std::string& path, int rows, int cols) {
-  const absl::StatusOr<Frame> mask = ReadImageFile(path);
-  if (!mask.ok()) return mask.status();
-  if (mask->height_px != rows || mask->width_px != cols) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": ", mask->height_px, " rows and ", mask->width_px,
+  WEFT_ASSIGN_OR_RETURN(const Frame mask, ReadImageFile(path));
+  if (mask.height_px != rows || mask.width_px != cols) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", mask.height_px, " rows and ", mask.width_px,
                                                    " columns of pixels, the board has ", rows, "x", cols,
                                                    " cells; a panel mask has one pixel per cell"));
   }
-  return PanelsFromMask(*mask);
+  return PanelsFromMask(mask);
 }
 
 absl::StatusOr<Board> ReadBoard(const std::string& path) {
@@ -125,11 +120,10 @@ absl::StatusOr<Board> ReadBoard(const std::string& path) {
 }
 
 absl::Status WriteBoard(const std::string& folder, const Board& board, const std::string& provenance) {
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   const fs::path base(folder);
-  if (absl::Status status = WriteImageFile((base / "board.png").string(), BoardToImage(board)); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(WriteImageFile((base / "board.png").string(), BoardToImage(board)));
   v1::Board proto;
   if (!board.id.empty()) proto.set_id(board.id);
   proto.set_hash(board.ContentHash());
@@ -141,8 +135,7 @@ absl::Status WriteBoard(const std::string& folder, const Board& board, const std
   proto.set_image("board.png");
   if (!board.panels.empty()) {
     const Frame mask = PanelsToMask(board.panels, board.rows, board.cols);
-    if (absl::Status status = WriteImageFile((base / "panels.png").string(), mask); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(WriteImageFile((base / "panels.png").string(), mask));
     proto.set_panels("panels.png");
   }
   for (size_t i = 0; i < board.parts.size(); ++i) {

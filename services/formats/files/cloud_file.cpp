@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/ply.h"
 
@@ -65,16 +66,15 @@ class Rows {
   absl::StatusOr<std::vector<double>> Values(const char* property, double least, double most,
                                              std::optional<double> fallback = std::nullopt) const {
     if (fallback && !element_.Find(property)) return std::vector<double>(element_.rows, *fallback);
-    const auto column = ScalarColumn(element_, property, source_name_);
-    if (!column.ok()) return column.status();
+    WEFT_ASSIGN_OR_RETURN(const auto column, ScalarColumn(element_, property, source_name_));
     for (size_t row = 0; row < element_.rows; ++row) {
-      const double value = (*column)->values[row];
+      const double value = column->values[row];
       if (value >= least && value <= most) continue;
       return absl::InvalidArgumentError(absl::StrCat(source_name_, ": element ", element_.name, ", row ", row,
                                                      ", property ", property, ": ", value, " is outside ",
                                                      least, " to ", most));
     }
-    return (*column)->values;
+    return column->values;
   }
 
  private:
@@ -281,16 +281,12 @@ absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumn
 }
 
 absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
-  if (!ply.ok()) return ply.status();
-  const auto vertex = FindElement(*ply, "vertex", path);
-  if (!vertex.ok()) return vertex.status();
-  absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
-  if (!cloud.ok()) return cloud.status();
-  if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
-  absl::StatusOr<std::vector<CloudRay>> rays = RaysFromPly(*ply, path);
-  if (!rays.ok()) return rays.status();
-  cloud->rays = *std::move(rays);
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path));
+  WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(ply, "vertex", path));
+  WEFT_ASSIGN_OR_RETURN(Cloud cloud, CloudFromElement(*vertex, path));
+  WEFT_RETURN_IF_ERROR(SortByNode(cloud, path));
+  WEFT_ASSIGN_OR_RETURN(std::vector<CloudRay> rays, RaysFromPly(ply, path));
+  cloud.rays = std::move(rays);
   return cloud;
 }
 
@@ -313,22 +309,19 @@ Cloud AsInFile(Cloud cloud) {
 
 absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& path,
                                             const Template& garment) {
-  const auto vertex = FindElement(ply, "vertex", path);
-  if (!vertex.ok()) return vertex.status();
-  if ((*vertex)->Find("template_vertex")) return TargetsByVertex(**vertex, path, garment);
-  if (!(*vertex)->Find("board_row")) {
+  WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(ply, "vertex", path));
+  if (vertex->Find("template_vertex")) return TargetsByVertex(*vertex, path, garment);
+  if (!vertex->Find("board_row")) {
     return absl::InvalidArgumentError(
         absl::StrCat(path,
                      ": its points have neither board_row and board_col nor template_vertex; is it the "
                      "cloud.ply of a registration?"));
   }
-  absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
-  if (!cloud.ok()) return cloud.status();
-  if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
-  absl::StatusOr<std::vector<CloudRay>> rays = RaysFromPly(ply, path);
-  if (!rays.ok()) return rays.status();
-  cloud->rays = *std::move(rays);
-  return TargetsFromCloud(garment, *cloud);
+  WEFT_ASSIGN_OR_RETURN(Cloud cloud, CloudFromElement(*vertex, path));
+  WEFT_RETURN_IF_ERROR(SortByNode(cloud, path));
+  WEFT_ASSIGN_OR_RETURN(std::vector<CloudRay> rays, RaysFromPly(ply, path));
+  cloud.rays = std::move(rays);
+  return TargetsFromCloud(garment, cloud);
 }
 
 absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {

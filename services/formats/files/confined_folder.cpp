@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -84,7 +85,7 @@ absl::StatusOr<ConfinedFolder> ConfinedFolder::Open(const std::string& path) {
 absl::StatusOr<ConfinedFolder> ConfinedFolder::Child(const std::string& name, IfMissing missing) const {
   if (missing == IfMissing::kMake) {
     if (mkdirat(fd_.get(), name.c_str(), 0777) == 0) {
-      if (absl::Status status = Sync(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Sync());
     } else if (errno != EEXIST) {
       return WriteError(Named(name), errno);
     }

@@ -22,6 +22,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "base/process_identity.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -258,10 +259,9 @@ absl::StatusOr<HolderRecord> HolderRecord::Take(const std::string& path, const s
 absl::StatusOr<HolderRecord> HolderRecord::TakeIn(const ConfinedFolder& folder, const std::string& name,
                                                   const std::string& owner) {
   auto held = std::make_shared<Held>();
-  absl::StatusOr<ConfinedFolder> own = folder.Again();
-  if (!own.ok()) return own.status();
-  held->path = own->At(name);
-  held->folder.emplace(*std::move(own));
+  WEFT_ASSIGN_OR_RETURN(ConfinedFolder own, folder.Again());
+  held->path = own.At(name);
+  held->folder.emplace(std::move(own));
   absl::StatusOr<HolderRecord> record = TakeAs(std::move(held), owner);
   if (!record.ok())  // named by another descriptor, which is closed by now
     return absl::Status(
@@ -277,7 +277,7 @@ absl::StatusOr<HolderRecord> HolderRecord::TakeAs(std::shared_ptr<Held> held, co
   const std::string& path = held->path;
   // One process may hold the same place again.
   held->text = absl::StrCat(TextOf(own), "number ", counter++, "\n");
-  if (absl::Status status = Claim(path, held->text, own); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Claim(path, held->text, own));
   HolderRecord record(held);
   Refresher::Get().Add(held, [weak = std::weak_ptr<Held>(held)] {
     if (const std::shared_ptr<Held> one = weak.lock(); one && !RefreshFile(one->path, one->text)) one->Lose();

@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_kinds.h"
@@ -19,7 +20,7 @@ namespace weft {
 namespace {
 
 absl::StatusOr<std::string_view> JsonOf(std::string_view text, const std::string& source_name) {
-  if (absl::Status status = CheckEncoding(text, source_name); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckEncoding(text, source_name));
   return WithoutByteOrderMark(text);
 }
 
@@ -83,15 +84,14 @@ absl::Status CheckJsonLimits(std::string_view text, const std::string& source_na
 
 absl::Status ParseJson(std::string_view text, const std::string& source_name,
                        google::protobuf::Message& message, const JsonLimits& limits) {
-  if (absl::Status status = CheckJsonLimits(text, source_name, limits); !status.ok()) return status;
-  const absl::StatusOr<std::string_view> json = JsonOf(text, source_name);
-  if (!json.ok()) return json.status();
+  WEFT_RETURN_IF_ERROR(CheckJsonLimits(text, source_name, limits));
+  WEFT_ASSIGN_OR_RETURN(const std::string_view json, JsonOf(text, source_name));
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = false;
   const auto status = google::protobuf::util::JsonStringToMessage(
-      google::protobuf::StringPiece(json->data(), json->size()), &message, options);
+      google::protobuf::StringPiece(json.data(), json.size()), &message, options);
   if (status.ok()) return absl::OkStatus();
-  if (const std::string other = OtherKind(*json, message); !other.empty())
+  if (const std::string other = OtherKind(json, message); !other.empty())
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", other));
   // One line: the message shows the place in the text and points to it from the line below.
   const std::string why(status.message().data(), status.message().size());
@@ -123,16 +123,14 @@ absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, Jso
 
 absl::Status ReadJsonFile(const std::string& path, google::protobuf::Message& message,
                           const JsonLimits& limits) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path, limits.bytes);
-  if (!text.ok()) return text.status();
-  return ParseJson(*text, path, message, limits);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path, limits.bytes));
+  return ParseJson(text, path, message, limits);
 }
 
 absl::Status WriteJsonFile(const std::string& path, const google::protobuf::Message& message,
                            JsonZeros zeros) {
-  const absl::StatusOr<std::string> text = ToJson(message, zeros);
-  if (!text.ok()) return text.status();
-  return WriteFileAtomically(path, *text);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ToJson(message, zeros));
+  return WriteFileAtomically(path, text);
 }
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -107,14 +108,13 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& 
                                                               const std::string& source_name) {
   std::vector<Eigen::Vector3d> positions(element.rows);
   for (int axis = 0; axis < 3; ++axis) {
-    const auto column = ScalarColumn(element, std::string(1, static_cast<char>('x' + axis)), source_name);
-    if (!column.ok()) return column.status();
+    WEFT_ASSIGN_OR_RETURN(const auto column,
+                          ScalarColumn(element, std::string(1, static_cast<char>('x' + axis)), source_name));
     for (size_t row = 0; row < element.rows; ++row) {
-      const double value = (*column)->values[row];
+      const double value = column->values[row];
       if (!std::isfinite(value)) {
         return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ", element.name, ", row ", row,
-                                                       ", property ", (*column)->name,
-                                                       ": not a finite number"));
+                                                       ", property ", column->name, ": not a finite number"));
       }
       positions[row][axis] = value;
     }
@@ -123,21 +123,16 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& 
 }
 
 absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name) {
-  const auto vertex = FindElement(ply, "vertex", source_name);
-  if (!vertex.ok()) return vertex.status();
-  const auto face = FindElement(ply, "face", source_name);
-  if (!face.ok()) return face.status();
-  auto positions = PositionsFromPly(**vertex, source_name);
-  if (!positions.ok()) return positions.status();
-  auto faces = FacesFromPly(**face, positions->size(), source_name);
-  if (!faces.ok()) return faces.status();
-  return TriangleMesh{*std::move(positions), *std::move(faces)};
+  WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(ply, "vertex", source_name));
+  WEFT_ASSIGN_OR_RETURN(const auto face, FindElement(ply, "face", source_name));
+  WEFT_ASSIGN_OR_RETURN(auto positions, PositionsFromPly(*vertex, source_name));
+  WEFT_ASSIGN_OR_RETURN(auto faces, FacesFromPly(*face, positions.size(), source_name));
+  return TriangleMesh{std::move(positions), std::move(faces)};
 }
 
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes) {
-  const absl::StatusOr<Ply> ply = ReadPly(path, max_bytes);
-  if (!ply.ok()) return ply.status();
-  return MeshFromPly(*ply, path);
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path, max_bytes));
+  return MeshFromPly(ply, path);
 }
 
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture) {
@@ -175,25 +170,21 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
 }
 
 absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
-  if (!ply.ok()) return ply.status();
-  return RegisteredMeshFromPly(*ply, path);
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path));
+  return RegisteredMeshFromPly(ply, path);
 }
 
 absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::string& source_name) {
-  const auto vertex = FindElement(ply, "vertex", source_name);
-  if (!vertex.ok()) return vertex.status();
-  auto positions = PositionsFromPly(**vertex, source_name);
-  if (!positions.ok()) return positions.status();
+  WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(ply, "vertex", source_name));
+  WEFT_ASSIGN_OR_RETURN(auto positions, PositionsFromPly(*vertex, source_name));
   std::array<const PlyProperty*, 3> columns{};
   constexpr std::array<std::string_view, 3> kNames = {"state", "sigma_mm", "views"};
   for (size_t i = 0; i < columns.size(); ++i) {
-    const auto column = ScalarColumn(**vertex, kNames[i], source_name);
-    if (!column.ok()) return column.status();
-    columns[i] = *column;
+    WEFT_ASSIGN_OR_RETURN(const auto column, ScalarColumn(*vertex, kNames[i], source_name));
+    columns[i] = column;
   }
   RegisteredMesh mesh;
-  mesh.vertices_mm = *std::move(positions);
+  mesh.vertices_mm = std::move(positions);
   for (size_t row = 0; row < mesh.vertices_mm.size(); ++row) {
     const double state = columns[0]->values[row], views = columns[2]->values[row];
     if (!(state >= 0 && state <= 4 && state == std::floor(state))) {

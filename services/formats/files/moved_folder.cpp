@@ -8,6 +8,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
 
@@ -26,11 +27,11 @@ absl::Status Remove(const std::string& path) {
 
 absl::Status MoveFolder(const std::string& from, const std::string& to) {
   const std::string target_folder = fs::path(to).parent_path();
-  if (absl::Status status = CreateFolders(target_folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(target_folder));
   if (rename(from.c_str(), to.c_str()) != 0) return WriteError(to, errno);
   for (const std::string& folder : {target_folder, fs::path(from).parent_path().string()}) {
     const UniqueFd fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (absl::Status status = SyncFolder(fd.get(), folder); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(SyncFolder(fd.get(), folder));
   }
   return absl::OkStatus();
 }
@@ -40,7 +41,7 @@ absl::Status PutAside(const std::string& folder, const std::string& prefix) {
   if (!fs::exists(fs::symlink_status(folder, error))) return absl::OkStatus();
   const fs::path place(folder);
   const std::string aside = (place.parent_path() / absl::StrCat(prefix, place.filename().string())).string();
-  if (absl::Status status = Remove(aside); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Remove(aside));
   return MoveFolder(folder, aside);
 }
 

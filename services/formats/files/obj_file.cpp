@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/mesh_file.h"
 
@@ -79,7 +80,7 @@ absl::StatusOr<TriangleMesh> MeshFromObj(std::string_view text, const std::strin
       return absl::InvalidArgumentError(absl::StrCat(source_name, ": vertex ", i / 3 + 1, " is not finite"));
   }
   for (const tinyobj::shape_t& shape : reader.GetShapes())
-    if (absl::Status status = AddFaces(shape.mesh, source_name, &mesh); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddFaces(shape.mesh, source_name, &mesh));
   if (mesh.vertices_mm.empty() || mesh.faces.empty())
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": has no vertices or no faces"));
   return mesh;
@@ -95,9 +96,8 @@ absl::StatusOr<TriangleMesh> MeshFromObj(std::string_view, const std::string& so
 absl::StatusOr<TriangleMesh> ReadForeignMesh(const std::string& path) {
   if (absl::AsciiStrToLower(std::filesystem::path(path).extension().string()) != ".obj")
     return ReadMesh(path);
-  const absl::StatusOr<std::string> text = ReadWholeFile(path);
-  if (!text.ok()) return text.status();
-  return MeshFromObj(*text, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path));
+  return MeshFromObj(text, path);
 }
 
 }  // namespace weft

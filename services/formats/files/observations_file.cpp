@@ -9,6 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/text_file.h"
 
@@ -171,9 +172,8 @@ absl::StatusOr<std::vector<ImageObservations>> ParseObservations(std::string_vie
 }
 
 absl::StatusOr<std::vector<ImageObservations>> ReadObservations(const std::string& path) {
-  const absl::StatusOr<std::string> csv = ReadTextFile(path);
-  if (!csv.ok()) return csv.status();
-  return ParseObservations(*csv, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string csv, ReadTextFile(path));
+  return ParseObservations(csv, path);
 }
 
 }  // namespace weft

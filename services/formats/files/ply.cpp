@@ -11,6 +11,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/ply_header.h"
 #include "services/formats/files/ply_value.h"
@@ -277,31 +278,29 @@ const PlyProperty* PlyElement::Find(std::string_view property) const { return Na
 const PlyElement* Ply::Find(std::string_view element) const { return Named(elements, element); }
 
 absl::StatusOr<Ply> ParsePly(std::string_view bytes, const std::string& source_name) {
-  absl::StatusOr<PlyHeader> header = ParsePlyHeader(bytes, source_name);
-  if (!header.ok()) return header.status();
-  BodyReader reader(bytes.substr(header->body_begin), header->format);
-  for (PlyElement& element : header->layout.elements) {
-    if (absl::Status status = ReadElement(reader, source_name, element); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(PlyHeader header, ParsePlyHeader(bytes, source_name));
+  BodyReader reader(bytes.substr(header.body_begin), header.format);
+  for (PlyElement& element : header.layout.elements) {
+    WEFT_RETURN_IF_ERROR(ReadElement(reader, source_name, element));
   }
   if (!reader.IsAtEnd()) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", reader.rest_bytes(),
                                                    " bytes follow the last row that the header announces; ",
                                                    "it counts too few rows, or leaves out a property"));
   }
-  return std::move(header->layout);
+  return std::move(header.layout);
 }
 
 absl::StatusOr<Ply> ReadPly(const std::string& path, uint64_t max_bytes) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path, max_bytes);
-  if (!bytes.ok()) return bytes.status();
-  return ParsePly(*bytes, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, max_bytes));
+  return ParsePly(bytes, path);
 }
 
 absl::StatusOr<std::string> SerializePly(const Ply& ply) {
   std::string out = WritePlyHeader(ply);
   for (const PlyElement& element : ply.elements) {
     for (const PlyProperty& property : element.properties) {
-      if (absl::Status status = CheckColumn(element, property); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckColumn(element, property));
     }
     const size_t rows = element.properties.empty() ? 0 : element.rows;
     for (size_t row = 0; row < rows; ++row) {

@@ -9,6 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/text_file.h"
 
 namespace weft {
@@ -63,7 +64,7 @@ class HeaderReader {
         header_.body_begin = at_;
         return std::move(header_);
       }
-      if (absl::Status status = ReadLine(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(ReadLine());
     }
     return Error("the header has no end_header line; the file is truncated or not a PLY file");
   }

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/text_file.h"
@@ -113,14 +114,14 @@ absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_na
         source_name, ": is no JSON; `weft rig import` makes a rig.json of the files of other programs"));
   }
   v1::Rig proto;
-  if (absl::Status status = ParseJson(json, source_name, proto, kInputJson); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(json, source_name, proto, kInputJson));
   Rig rig;
   rig.id = proto.id();
   for (int i = 0; i < proto.cameras_size(); ++i) {
     const v1::Camera& camera = proto.cameras(i);
     const std::string who = absl::StrCat(source_name, ": cameras[", i, "]",
                                          camera.id().empty() ? "" : absl::StrCat(" (id ", camera.id(), ")"));
-    if (absl::Status status = CheckFields(camera, who); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckFields(camera, who));
     rig.cameras.push_back(FromProto(camera));
   }
   if (absl::Status status = rig.Validate(); !status.ok()) {
@@ -135,14 +136,13 @@ absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_na
 }
 
 absl::StatusOr<Rig> ReadRig(const std::string& path) {
-  const absl::StatusOr<std::string> json = ReadWholeFile(path, kInputJson.bytes);
-  if (!json.ok()) return json.status();
-  return ParseRig(*json, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ReadWholeFile(path, kInputJson.bytes));
+  return ParseRig(json, path);
 }
 
 absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string& provenance,
                       const CalibrationRecord* calibration) {
-  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(rig.Validate());
   v1::Rig proto;
   if (!rig.id.empty()) proto.set_id(rig.id);
   proto.set_hash(rig.ContentHash());
@@ -164,9 +164,9 @@ absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string
 }
 
 absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std::string& path) {
-  if (absl::Status status = ReadRig(path).status(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadRig(path).status());
   v1::Rig proto;
-  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path, proto, kInputJson));
   if (!proto.has_calibration()) return std::nullopt;
   const v1::RigCalibration& from = proto.calibration();
   CalibrationRecord record;
@@ -191,11 +191,10 @@ absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std
 }
 
 absl::StatusOr<std::vector<double>> ReadCameraSigmas(const std::string& path) {
-  const absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(path);
-  if (!record.ok()) return record.status();
+  WEFT_ASSIGN_OR_RETURN(const std::optional<CalibrationRecord> record, ReadCalibrationRecord(path));
   std::vector<double> sigmas_px;
-  if (record->has_value()) {
-    for (const CalibratedCamera& camera : (*record)->cameras) sigmas_px.push_back(camera.projection_sigma_px);
+  if (record.has_value()) {
+    for (const CalibratedCamera& camera : record->cameras) sigmas_px.push_back(camera.projection_sigma_px);
   }
   return sigmas_px;
 }

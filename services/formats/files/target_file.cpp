@@ -1,6 +1,7 @@
 #include "services/formats/files/target_file.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "weft/v1/calibration.pb.h"
 
@@ -8,7 +9,7 @@ namespace weft {
 
 absl::StatusOr<CalibrationTarget> ReadTarget(const std::string& path) {
   v1::CalibrationTarget proto;
-  if (absl::Status status = ReadJsonFile(path, proto, kInputJson); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path, proto, kInputJson));
   CalibrationTarget target;
   target.id = proto.id();
   for (const v1::TagBoard& board : proto.boards()) {
@@ -30,7 +31,7 @@ absl::StatusOr<CalibrationTarget> ReadTarget(const std::string& path) {
 }
 
 absl::Status WriteTarget(const std::string& path, const CalibrationTarget& target) {
-  if (absl::Status status = target.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(target.Validate());
   v1::CalibrationTarget proto;
   proto.set_id(target.id);
   for (const TagBoard& board : target.boards) {

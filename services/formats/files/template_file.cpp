@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_texture.h"
 #include "alignment/template_check.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/json_file.h"
@@ -123,9 +124,8 @@ std::string MapText(const std::vector<VertexNode>& nodes, NodeKind kind) {
 }
 
 absl::StatusOr<std::vector<VertexNode>> ReadMap(const std::string& path, NodeKind kind, size_t vertices) {
-  const absl::StatusOr<std::string> text = ReadTextFile(path, kMostCellsBytes);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, kind, path);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path, kMostCellsBytes));
+  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(text, kind, path);
   if (nodes.ok() && nodes->size() != vertices) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": has ", nodes->size(), " lines, the mesh has ", vertices, " vertices"));
@@ -140,7 +140,7 @@ std::string JsonPath(const std::string& path) {
 
 absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
   v1::Template proto;
-  if (absl::Status status = ReadJsonFile(json, proto, kInputJson); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(json, proto, kInputJson));
   absl::Status status = CheckFileName(json, "mesh", proto.mesh());
   status.Update(CheckFileName(json, "cells", proto.cells()));
   if (!proto.corners().empty()) status.Update(CheckFileName(json, "corners", proto.corners()));
@@ -152,19 +152,16 @@ absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
 
 absl::StatusOr<GarmentParts> ReadGarmentParts(const std::string& path) {
   const std::string json = JsonPath(path);
-  const absl::StatusOr<v1::Template> proto = ReadProto(json);
-  if (!proto.ok()) return proto.status();
-  const std::string mesh_path = (fs::path(json).parent_path() / proto->mesh()).string();
-  const absl::StatusOr<Ply> ply = ReadPly(mesh_path, kMostMeshBytes);
-  if (!ply.ok()) return ply.status();
-  const absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, mesh_path);
-  if (!mesh.ok()) return mesh.status();
-  GarmentParts parts = PartsFromProto(*proto);
+  WEFT_ASSIGN_OR_RETURN(const v1::Template proto, ReadProto(json));
+  const std::string mesh_path = (fs::path(json).parent_path() / proto.mesh()).string();
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(mesh_path, kMostMeshBytes));
+  WEFT_ASSIGN_OR_RETURN(const TriangleMesh mesh, MeshFromPly(ply, mesh_path));
+  GarmentParts parts = PartsFromProto(proto);
   if (parts.texture_side_mm > 0) {
-    parts.texture_mm = TextureFromPly(*ply);
+    parts.texture_mm = TextureFromPly(ply);
     for (Eigen::Vector2d& place : parts.texture_mm) place *= parts.texture_side_mm;
   }
-  if (absl::Status status = CheckGarmentParts(parts, *mesh); !status.ok()) {
+  if (absl::Status status = CheckGarmentParts(parts, mesh); !status.ok()) {
     return absl::Status(status.code(), absl::StrCat(json, ": ", status.message()));
   }
   return parts;
@@ -172,30 +169,26 @@ absl::StatusOr<GarmentParts> ReadGarmentParts(const std::string& path) {
 
 absl::StatusOr<Template> ReadTemplate(const std::string& path) {
   const std::string json = JsonPath(path);
-  const absl::StatusOr<v1::Template> read = ReadProto(json);
-  if (!read.ok()) return read.status();
-  const v1::Template& proto = *read;
+  WEFT_ASSIGN_OR_RETURN(const v1::Template read, ReadProto(json));
+  const v1::Template& proto = read;
   const fs::path folder = fs::path(json).parent_path();
 
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh((folder / proto.mesh()).string(), kMostMeshBytes);
-  if (!mesh.ok()) return mesh.status();
-  const size_t vertices = mesh->vertices_mm.size();
-  absl::StatusOr<std::vector<VertexNode>> nodes =
-      ReadMap((folder / proto.cells()).string(), NodeKind::kCenter, vertices);
-  if (!nodes.ok()) return nodes.status();
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh((folder / proto.mesh()).string(), kMostMeshBytes));
+  const size_t vertices = mesh.vertices_mm.size();
+  WEFT_ASSIGN_OR_RETURN(std::vector<VertexNode> nodes,
+                        ReadMap((folder / proto.cells()).string(), NodeKind::kCenter, vertices));
   if (!proto.corners().empty()) {
-    const absl::StatusOr<std::vector<VertexNode>> corners =
-        ReadMap((folder / proto.corners()).string(), NodeKind::kCorner, vertices);
-    if (!corners.ok()) return corners.status();
-    if (absl::Status status = JoinCorners(*corners, &*nodes); !status.ok()) {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<VertexNode> corners,
+                          ReadMap((folder / proto.corners()).string(), NodeKind::kCorner, vertices));
+    if (absl::Status status = JoinCorners(corners, &nodes); !status.ok()) {
       return absl::Status(status.code(), absl::StrCat(json, ": ", status.message()));
     }
   }
   Template garment;
   garment.id = proto.id();
   garment.board_hash = proto.board_hash();
-  garment.rest = *std::move(mesh);
-  garment.node_of_vertex = *std::move(nodes);
+  garment.rest = std::move(mesh);
+  garment.node_of_vertex = std::move(nodes);
   for (const v1::TemplateGarment& one : proto.garments())
     garment.garments.push_back({one.id(), one.first_vertex(), one.vertices(), one.first_face(), one.faces()});
   if (absl::Status status = CheckTemplateGarments(garment); !status.ok())
@@ -214,10 +207,9 @@ absl::StatusOr<Template> ReadTemplateFor(const Board& board, const std::string& 
                                          std::vector<std::string>* notes) {
   absl::StatusOr<Template> garment = ReadTemplate(path);
   if (!garment.ok()) return garment;
-  if (absl::Status status = CheckTemplateFitsBoard(*garment, board); !status.ok()) return status;
-  const absl::StatusOr<v1::Template> proto = ReadProto(JsonPath(path));
-  if (!proto.ok()) return proto.status();
-  const absl::StatusOr<TemplateSize> size = CheckTemplateOnBoard(*garment, board, proto->any_scale());
+  WEFT_RETURN_IF_ERROR(CheckTemplateFitsBoard(*garment, board));
+  WEFT_ASSIGN_OR_RETURN(const v1::Template proto, ReadProto(JsonPath(path)));
+  const absl::StatusOr<TemplateSize> size = CheckTemplateOnBoard(*garment, board, proto.any_scale());
   if (!size.ok())
     return absl::Status(size.status().code(), absl::StrCat(path, ": ", size.status().message()));
   for (const std::string& note : size->off) notes->push_back(absl::StrCat("template ", path, ": ", note));
@@ -231,23 +223,18 @@ absl::Status WriteTemplate(const std::string& folder, const Template& garment,
 
 absl::Status WriteTemplateWithParts(const std::string& folder, const Template& garment,
                                     const GarmentParts& parts, const std::string& provenance) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   const fs::path base(folder);
-  absl::Status mesh = WriteMesh((base / "mesh.ply").string(), garment.rest, TextureOf(garment, parts));
-  if (!mesh.ok()) return mesh;
-  if (absl::Status status = WriteFileAtomically((base / "cells.txt").string(),
-                                                MapText(garment.node_of_vertex, NodeKind::kCenter));
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(WriteMesh((base / "mesh.ply").string(), garment.rest, TextureOf(garment, parts)));
+  WEFT_RETURN_IF_ERROR(
+      WriteFileAtomically((base / "cells.txt").string(), MapText(garment.node_of_vertex, NodeKind::kCenter)));
   const bool corners = std::any_of(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
                                    [](const VertexNode& node) { return node.IsCorner(); });
   const std::string corners_path = (base / "corners.txt").string();
   std::error_code error;
   if (corners) {
-    absl::Status status =
-        WriteFileAtomically(corners_path, MapText(garment.node_of_vertex, NodeKind::kCorner));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(
+        WriteFileAtomically(corners_path, MapText(garment.node_of_vertex, NodeKind::kCorner)));
   } else {
     fs::remove(corners_path, error);  // of another template that lay here
   }

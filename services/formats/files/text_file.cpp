@@ -4,6 +4,7 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -31,7 +32,7 @@ absl::Status CheckEncoding(std::string_view text, const std::string& source_name
 }
 
 absl::StatusOr<std::string> PlainLines(std::string_view bytes, const std::string& source_name) {
-  if (absl::Status status = CheckEncoding(bytes, source_name); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckEncoding(bytes, source_name));
   bytes = WithoutByteOrderMark(bytes);
   std::string text;
   text.reserve(bytes.size());

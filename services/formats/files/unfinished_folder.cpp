@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -83,7 +84,7 @@ absl::StatusOr<UnfinishedFolder> UnfinishedFolder::BeginAt(const std::string& pl
                                                            const std::string& path) {
   constexpr int kTries = 5;
   for (int i = 0; i < kTries; ++i) {
-    if (absl::Status status = CreateFolders(path); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(path));
     UniqueFd folder(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
     if (!folder.open()) return WriteError(path, errno);
     const bool is_locked = flock(folder.get(), LOCK_EX | LOCK_NB) == 0;
@@ -92,7 +93,7 @@ absl::StatusOr<UnfinishedFolder> UnfinishedFolder::BeginAt(const std::string& pl
           absl::StrCat(place, ": another process writes it; wait for its end, or name another folder"));
     }
     if (!HasName(folder.get(), path)) continue;  // its last writer renamed or removed it meanwhile
-    if (absl::Status status = Empty(path); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Empty(path));
     return UnfinishedFolder(place, path, std::move(folder));
   }
   return absl::UnavailableError(absl::StrCat(path, ": others make and remove it all the time"));
@@ -119,7 +120,7 @@ absl::Status UnfinishedFolder::MoveUp() {
 }
 
 absl::Status UnfinishedFolder::Publish() {
-  if (absl::Status status = SyncFolder(lock_.get(), path_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(SyncFolder(lock_.get(), path_));
   if (fs::path(path_).parent_path() == place_) return MoveUp();
   if (rename(path_.c_str(), place_.c_str()) != 0) {
     const int error = errno;

@@ -12,6 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "base/nearest_word.h"
+#include "base/status_macros.h"
 #include "services/formats/files/text_file.h"
 #include "services/formats/options/first_error.h"
 #include "services/formats/options/option_range.h"
@@ -150,9 +151,8 @@ absl::Status AddOptionText(const std::string& text, const std::string& source_na
 }
 
 absl::Status AddOptionFile(const std::string& path, v1::PipelineOptions& options) {
-  const absl::StatusOr<std::string> text = ReadTextFile(path, kMaxOptionBytes);
-  if (!text.ok()) return text.status();
-  return AddOptionText(*text, path, options);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path, kMaxOptionBytes));
+  return AddOptionText(text, path, options);
 }
 
 absl::Status AddSetting(const std::string& setting, const std::vector<std::string>& stages,
@@ -168,7 +168,7 @@ absl::Status AddSetting(const std::string& setting, const std::vector<std::strin
   if (option == nullptr) return absl::InvalidArgumentError(absl::StrCat("--set ", NoSuchOption(path)));
   if (option->IsGroup())
     return bad(absl::StrCat(path, " is a group of options; `weft options ", path, "` lists them"));
-  if (absl::Status status = CheckStage(*option, stages, setting); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckStage(*option, stages, setting));
   v1::PipelineOptions changed = options;
   FirstError error;
   TextFormat::Parser parser;

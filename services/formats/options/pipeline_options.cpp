@@ -1,5 +1,6 @@
 #include "services/formats/options/pipeline_options.h"
 
+#include "base/status_macros.h"
 #include "services/formats/options/option_io.h"
 #include "services/formats/options/option_range.h"
 
@@ -221,14 +222,14 @@ absl::Status PipelineOptions::Validate() const {
 }
 
 absl::StatusOr<PipelineOptions> ReadOptions(const v1::PipelineOptions& message) {
-  if (absl::Status status = CheckRanges(message); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRanges(message));
   PipelineOptions options;
   Bind(OptionIo::Reading(message), options);
   options.temporal.elastic = options.alignment.elastic;
   options.temporal.untangle = options.alignment.untangle;
   options.temporal.rays = RayFitOf(options.alignment);
   options.temporal.remove_self_intersections = options.alignment.remove_self_intersections;
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   return options;
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/formats/options/preset_files.h"
 
 namespace weft {
@@ -66,21 +67,18 @@ v1::PipelineOptions OfStages(const v1::PipelineOptions& options, const std::vect
 }
 
 absl::StatusOr<v1::RegistrationOptions> EffectiveOptions(const v1::RegistrationOptions& options) {
-  absl::StatusOr<v1::PipelineOptions> pipeline = EffectiveOptions(options.preset(), options.pipeline());
-  if (!pipeline.ok()) return pipeline.status();
-  if (options.single_pass()) pipeline->mutable_second_pass()->set_enabled(false);
+  WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions pipeline, EffectiveOptions(options.preset(), options.pipeline()));
+  if (options.single_pass()) pipeline.mutable_second_pass()->set_enabled(false);
   v1::RegistrationOptions effective = options;
   if (effective.preset().empty()) effective.set_preset(kDefaultPreset);
-  *effective.mutable_pipeline() = OfStages(*pipeline, RegistrationStages());
+  *effective.mutable_pipeline() = OfStages(pipeline, RegistrationStages());
   return effective;
 }
 
 absl::StatusOr<JobOptions> MakeJobOptions(const v1::RegistrationOptions& options) {
-  absl::StatusOr<v1::RegistrationOptions> message = EffectiveOptions(options);
-  if (!message.ok()) return message.status();
-  absl::StatusOr<PipelineOptions> pipeline = ReadOptions(message->pipeline());
-  if (!pipeline.ok()) return pipeline.status();
-  return JobOptions{*std::move(message), *std::move(pipeline)};
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions message, EffectiveOptions(options));
+  WEFT_ASSIGN_OR_RETURN(PipelineOptions pipeline, ReadOptions(message.pipeline()));
+  return JobOptions{std::move(message), std::move(pipeline)};
 }
 
 std::string StageOptionsText(const v1::PipelineOptions& effective, const std::string& stage) {

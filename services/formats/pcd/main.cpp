@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "absl/strings/match.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/ply.h"
 #include "services/formats/files/ply_points.h"
@@ -45,17 +46,16 @@ absl::Status LimitResources() {
 }
 
 absl::StatusOr<std::string> Convert(std::string_view task) {
-  if (absl::Status status = LimitResources(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(LimitResources());
   if (task == "read" || task == "read-all") {
     absl::StatusOr<weft::Ply> ply = weft::PlyFromPcdFile(kInput);
     if (ply.ok() && task == "read") weft::DropUnmeasured(*ply);
     return ply.ok() ? weft::SerializePly(*ply) : ply.status();
   }
-  const absl::StatusOr<std::string> bytes = weft::ReadWholeFile(kInput);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<weft::Ply> ply = task == "filter" && !absl::StartsWith(*bytes, "ply")
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, weft::ReadWholeFile(kInput));
+  absl::StatusOr<weft::Ply> ply = task == "filter" && !absl::StartsWith(bytes, "ply")
                                       ? weft::PlyFromPcdFile(kInput)
-                                      : weft::ParsePly(*bytes, "standard input");
+                                      : weft::ParsePly(bytes, "standard input");
   if (!ply.ok()) return ply.status();
   if (task == "write") return weft::PcdFromPly(*ply);
   weft::DropUnmeasured(*ply);

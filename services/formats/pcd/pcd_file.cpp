@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/ply_points.h"
 #include "services/formats/pcd/pcl_program.h"
@@ -31,11 +32,9 @@ absl::Status WritePcd(const std::string& path, const Ply& ply) {
 }
 
 absl::StatusOr<Points> ReadPoints(const std::string& path) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<Ply> ply = IsPcdName(path) ? ParsePcd(*bytes, path) : ParsePly(*bytes, path);
-  if (!ply.ok()) return ply.status();
-  Points points{*std::move(ply)};
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
+  WEFT_ASSIGN_OR_RETURN(Ply ply, IsPcdName(path) ? ParsePcd(bytes, path) : ParsePly(bytes, path));
+  Points points{std::move(ply)};
   points.unmeasured = DropUnmeasured(points.ply);
   return points;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -120,7 +121,7 @@ absl::StatusOr<Ply> PlyFromPcdFile(const std::string& path) {
   if (pcl::PCDReader().read(path, cloud, origin, orientation, version) < 0) {
     return absl::InvalidArgumentError("");
   }
-  if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckLayout(cloud));
   PlyElement vertex;
   vertex.name = "vertex";
   vertex.rows = static_cast<size_t>(cloud.width) * cloud.height;

@@ -16,6 +16,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/unique_fd.h"
@@ -104,7 +105,7 @@ absl::StatusOr<std::string> RunPclProgram(const std::string& task, std::string_v
     return absl::FailedPreconditionError(absl::StrCat(source_name, ": is PCD, and ", kRemedy));
   }
   Streams streams;
-  if (absl::Status status = streams.Open(input); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(streams.Open(input));
   pid_t pid = -1;
   if (const int error = Spawn(ProgramPath(), task, streams, &pid)) return SystemError("cannot start", error);
   int ended = 0;

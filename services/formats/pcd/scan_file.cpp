@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/mesh_file.h"
 
 namespace weft {
@@ -42,20 +43,18 @@ absl::StatusOr<ScanFile> ReadScan(const std::string& path) {
 }
 
 absl::StatusOr<ScanFile> ScanFromPoints(const Points& points, const std::string& path) {
-  const auto vertex = FindElement(points.ply, "vertex", path);
-  if (!vertex.ok()) return vertex.status();
-  auto positions = PositionsFromPly(**vertex, path);
-  if (!positions.ok()) return positions.status();
+  WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(points.ply, "vertex", path));
+  WEFT_ASSIGN_OR_RETURN(auto positions, PositionsFromPly(*vertex, path));
   ScanFile file;
   file.scan.name = path;
-  file.scan.points_mm = *std::move(positions);
+  file.scan.points_mm = std::move(positions);
   file.unmeasured = static_cast<int>(points.unmeasured);
   file.points = file.unmeasured + static_cast<int>(file.scan.points_mm.size());
   if (file.scan.points_mm.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": has no measured point", file.points > 0 ? ", x, y or z of each is no number" : ""));
   }
-  const PlyProperty* normals[3] = {(*vertex)->Find("nx"), (*vertex)->Find("ny"), (*vertex)->Find("nz")};
+  const PlyProperty* normals[3] = {vertex->Find("nx"), vertex->Find("ny"), vertex->Find("nz")};
   for (const PlyProperty* column : normals) {
     if (!column || column->is_list) return file;
   }

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
@@ -167,21 +168,20 @@ absl::StatusOr<ClothSummary> WriteClothTake(const SyntheticTakeOptions& options,
   };
   while (file.frames() < take->frames()) {
     if (stop.stop_requested()) {
-      if (absl::Status status = save(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(save());
       return absl::CancelledError(
           absl::StrCat("stopped after ", file.frames(), " frames; the same command resumes it"));
     }
-    absl::StatusOr<PerformanceFrame> frame = take->NextCloth();
-    if (!frame.ok()) return frame.status();
-    if (absl::Status status = CheckWhole(*take, *frame, file.frames()); !status.ok()) return status;
-    if (!FindIntersectingPairs(frame->vertices_mm, take->garment().rest.faces).empty())
+    WEFT_ASSIGN_OR_RETURN(PerformanceFrame frame, take->NextCloth());
+    WEFT_RETURN_IF_ERROR(CheckWhole(*take, frame, file.frames()));
+    if (!FindIntersectingPairs(frame.vertices_mm, take->garment().rest.faces).empty())
       ++out.intersecting_frames;
-    absl::Status status = file.Add({frame->time_ns, std::move(frame->vertices_mm), frame->pose});
+    absl::Status status = file.Add({frame.time_ns, std::move(frame.vertices_mm), frame.pose});
     if (status.ok() && since_saved.Seconds() > kSaveEveryS) status = save();
     if (!status.ok()) return status;
     if (on_frame) on_frame(file.frames());
   }
-  if (absl::Status status = file.Finish(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(file.Finish());
   return out;
 }
 

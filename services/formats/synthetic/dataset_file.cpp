@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "evaluation/chaos_floor.h"
 #include "figure/motion_generator.h"
@@ -52,11 +53,9 @@ absl::StatusOr<DatasetSplit> SplitNamed(std::string_view name) {
 
 // What the take is, and where its name does not follow from it, an error: names are folders.
 absl::StatusOr<DatasetTake> TakeOf(const v1::DatasetTake& proto) {
-  const absl::StatusOr<DatasetSplit> split = SplitNamed(proto.split());
-  if (!split.ok()) return split.status();
-  const absl::StatusOr<MotionKind> motion = MotionKindNamed(proto.motion());
-  if (!motion.ok()) return motion.status();
-  const DatasetTake take = {*split, *motion, proto.motion_seed(), proto.frames()};
+  WEFT_ASSIGN_OR_RETURN(const DatasetSplit split, SplitNamed(proto.split()));
+  WEFT_ASSIGN_OR_RETURN(const MotionKind motion, MotionKindNamed(proto.motion()));
+  const DatasetTake take = {split, motion, proto.motion_seed(), proto.frames()};
   if (proto.name() == take.Name()) return take;
   return absl::InvalidArgumentError(
       absl::StrCat("take \"", proto.name(), "\" should be called ", take.Name()));
@@ -64,11 +63,9 @@ absl::StatusOr<DatasetTake> TakeOf(const v1::DatasetTake& proto) {
 
 absl::Status AddTake(const DatasetPreset& preset, const DatasetTake& take, const std::string& folder,
                      v1::Dataset& out) {
-  const absl::StatusOr<SyntheticTakeOptions> options = OptionsOf(preset, take);
-  if (!options.ok()) return options.status();
-  absl::StatusOr<std::string> hash = HashOfFrames(FramesOf(folder, take.Name()));
-  if (!hash.ok()) return hash.status();
-  const PerformanceOptions& performance = options->performance;
+  WEFT_ASSIGN_OR_RETURN(const SyntheticTakeOptions options, OptionsOf(preset, take));
+  WEFT_ASSIGN_OR_RETURN(std::string hash, HashOfFrames(FramesOf(folder, take.Name())));
+  const PerformanceOptions& performance = options.performance;
   v1::DatasetTake* to = out.add_takes();
   to->set_name(take.Name());
   to->set_split(std::string(NameOf(take.split)));
@@ -77,7 +74,7 @@ absl::Status AddTake(const DatasetPreset& preset, const DatasetTake& take, const
   to->set_motion_hash(MotionHash(*performance.clip));
   to->set_frames(take.frames);
   to->set_step_ms(1000 * (performance.step_s > 0 ? performance.step_s : AutomaticStepS(performance)));
-  to->set_frames_hash(*std::move(hash));
+  to->set_frames_hash(std::move(hash));
   return absl::OkStatus();
 }
 
@@ -86,28 +83,26 @@ absl::Status AddGarment(const std::string& folder, v1::Dataset& out) {
   const fs::path garment = fs::path(folder) / "dressed" / "template";
   std::error_code error;
   if (!fs::exists(garment, error)) return absl::OkStatus();
-  const absl::StatusOr<Template> read = ReadTemplate(garment.string());
-  if (!read.ok()) return read.status();
-  out.set_template_hash(read->ContentHash());
-  out.set_board_hash(read->board_hash);
-  out.set_vertices(static_cast<int>(read->rest.vertices_mm.size()));
+  WEFT_ASSIGN_OR_RETURN(const Template read, ReadTemplate(garment.string()));
+  out.set_template_hash(read.ContentHash());
+  out.set_board_hash(read.board_hash);
+  out.set_vertices(static_cast<int>(read.rest.vertices_mm.size()));
   return absl::OkStatus();
 }
 
 }  // namespace
 
 absl::Status WriteDatasetFile(const DatasetPreset& preset, const std::string& folder) {
-  const absl::StatusOr<SyntheticTakeOptions> base = DatasetTakeBase(preset);
-  if (!base.ok()) return base.status();
+  WEFT_ASSIGN_OR_RETURN(const SyntheticTakeOptions base, DatasetTakeBase(preset));
   v1::Dataset out;
   out.set_name(std::string(preset.name));
   out.set_made_by("weft " WEFT_VERSION);
   out.set_command(absl::StrCat("weft dataset make ", std::string(preset.name), " --out"));
   absl::Status status = AddGarment(folder, out);
-  out.set_cell_mm(base->performance.cell_mm);
-  out.set_fps(base->performance.fps);
-  out.set_seed(base->seed);
-  BodyToProto({"", base->performance.body}, *out.mutable_body());
+  out.set_cell_mm(base.performance.cell_mm);
+  out.set_fps(base.performance.fps);
+  out.set_seed(base.seed);
+  BodyToProto({"", base.performance.body}, *out.mutable_body());
   for (const DatasetTake& take : preset.takes)
     if (status.ok()) status = AddTake(preset, take, folder, out);
   if (!status.ok()) return status;
@@ -116,7 +111,7 @@ absl::Status WriteDatasetFile(const DatasetPreset& preset, const std::string& fo
 
 absl::StatusOr<v1::Dataset> ParseDataset(std::string_view json, const std::string& source_name) {
   v1::Dataset out;
-  if (absl::Status status = ParseJson(json, source_name, out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(json, source_name, out));
   std::vector<DatasetTake> takes;
   absl::Status status;
   for (const v1::DatasetTake& proto : out.takes()) {
@@ -144,17 +139,15 @@ absl::Status CheckDatasetFrames(const v1::Dataset& dataset, const std::string& f
   for (const v1::DatasetTake& take : dataset.takes()) {
     if (take.frames_hash().empty()) continue;
     const std::string path = FramesOf(folder, take.name());
-    const absl::StatusOr<std::string> hash = HashOfFrames(path);
-    if (!hash.ok()) return hash.status();
-    if (*hash != take.frames_hash())
+    WEFT_ASSIGN_OR_RETURN(const std::string hash, HashOfFrames(path));
+    if (hash != take.frames_hash())
       return absl::DataLossError(absl::StrCat(
-          path, hash->empty() ? ": is missing" : ": is not the file that was made (its hash differs)",
+          path, hash.empty() ? ": is missing" : ": is not the file that was made (its hash differs)",
           "; delete the folder of the take and make the data set again"));
-    const absl::StatusOr<FramesReader> frames = FramesReader::Open(path);
-    if (!frames.ok()) return frames.status();
-    if (frames->head().template_hash != dataset.template_hash() || frames->frames() != take.frames())
-      return absl::DataLossError(absl::StrCat(path, ": holds ", frames->frames(), " frames of template ",
-                                              frames->head().template_hash, ", the data set says ",
+    WEFT_ASSIGN_OR_RETURN(const FramesReader frames, FramesReader::Open(path));
+    if (frames.head().template_hash != dataset.template_hash() || frames.frames() != take.frames())
+      return absl::DataLossError(absl::StrCat(path, ": holds ", frames.frames(), " frames of template ",
+                                              frames.head().template_hash, ", the data set says ",
                                               take.frames(), " of ", dataset.template_hash()));
   }
   return absl::OkStatus();
@@ -173,21 +166,19 @@ absl::StatusOr<std::vector<TakeFloor>> MeasureFloor(const v1::Dataset& dataset, 
     absl::StatusOr<FramesReader> b = FramesReader::Open(FramesOf(folder, chaos.name()));
     if (!a.ok()) return a.status();
     if (!b.ok()) return b.status();
-    const absl::StatusOr<Template> garment =
-        ReadTemplate((fs::path(FolderOf(folder, first->name())) / "template").string());
-    if (!garment.ok()) return garment.status();
+    WEFT_ASSIGN_OR_RETURN(const Template garment,
+                          ReadTemplate((fs::path(FolderOf(folder, first->name())) / "template").string()));
     ChaosFloor floor;
     for (int k = 0; k < std::min(a->frames(), b->frames()); ++k) {
-      const absl::StatusOr<ClothFrame> at_a = a->Read(k), at_b = b->Read(k);
-      if (!at_a.ok()) return at_a.status();
-      if (!at_b.ok()) return at_b.status();
-      if (at_a->vertices_mm.size() != at_b->vertices_mm.size() ||
-          at_a->vertices_mm.size() != garment->rest.vertices_mm.size())
+      WEFT_ASSIGN_OR_RETURN(const ClothFrame at_a, a->Read(k));
+      WEFT_ASSIGN_OR_RETURN(const ClothFrame at_b, b->Read(k));
+      if (at_a.vertices_mm.size() != at_b.vertices_mm.size() ||
+          at_a.vertices_mm.size() != garment.rest.vertices_mm.size())
         return absl::InvalidArgumentError(absl::StrCat(FolderOf(folder, chaos.name()), ": has ",
-                                                       at_b->vertices_mm.size(), " vertices, ", first->name(),
-                                                       " has ", at_a->vertices_mm.size()));
-      floor.Add(1e-9 * static_cast<double>(at_a->time_ns), at_a->vertices_mm, at_b->vertices_mm,
-                garment->rest.faces);
+                                                       at_b.vertices_mm.size(), " vertices, ", first->name(),
+                                                       " has ", at_a.vertices_mm.size()));
+      floor.Add(1e-9 * static_cast<double>(at_a.time_ns), at_a.vertices_mm, at_b.vertices_mm,
+                garment.rest.faces);
     }
     if (floor.frames() > 0)
       out.push_back({first->name(), floor.frames(), *floor.DistanceMm(), *floor.NormalsDeg(),

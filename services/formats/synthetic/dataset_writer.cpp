@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/synthetic/cloth_writer.h"
@@ -30,7 +31,7 @@ std::string RecipeFor(const DatasetPreset& preset, const std::string& what) {
 
 // Another set's takes.csv is not overwritten.
 absl::Status WriteTable(const DatasetPreset& preset, const std::string& out) {
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(out));
   const std::string path = (fs::path(out) / "takes.csv").string(), table = TableOf(preset);
   const absl::StatusOr<std::string> there = ReadWholeFile(path);
   if (there.ok() && *there == table) return absl::OkStatus();
@@ -43,16 +44,15 @@ absl::Status WriteTable(const DatasetPreset& preset, const std::string& out) {
 
 // The garment is put on in a take of its own, which ends after its first frame: all begin in the same pose.
 absl::Status PutOn(const DatasetPreset& preset, const std::string& folder) {
-  const absl::StatusOr<TakeFolder> take = TakeFolder::Open(folder, RecipeFor(preset, "the garment, put on"));
-  if (!take.ok()) return take.status();
+  WEFT_ASSIGN_OR_RETURN(const TakeFolder take,
+                        TakeFolder::Open(folder, RecipeFor(preset, "the garment, put on")));
   std::error_code error;
-  if (fs::exists(take->FramesFile() + ".state", error)) return absl::OkStatus();
-  absl::StatusOr<SyntheticTakeOptions> options = OptionsOf(preset, preset.takes.front());
-  if (!options.ok()) return options.status();
+  if (fs::exists(take.FramesFile() + ".state", error)) return absl::OkStatus();
+  WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions options, OptionsOf(preset, preset.takes.front()));
   std::stop_source after_one;
   const absl::Status status =
       WriteClothTake(
-          *options, *take, {}, [&](int) { after_one.request_stop(); }, after_one.get_token())
+          options, take, {}, [&](int) { after_one.request_stop(); }, after_one.get_token())
           .status();
   return absl::IsCancelled(status) ? absl::OkStatus() : status;
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/little_endian.h"
 
@@ -129,9 +130,8 @@ absl::StatusOr<FramesReader> FramesReader::Open(const std::string& path, bool un
   out.file_.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<size_t>(out.file_.gcount()));
   out.file_.clear();
-  absl::StatusOr<FramesHead> head = DecodeFramesHead(start, path);
-  if (!head.ok()) return head.status();
-  out.head_ = *std::move(head);
+  WEFT_ASSIGN_OR_RETURN(FramesHead head, DecodeFramesHead(start, path));
+  out.head_ = std::move(head);
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(path, error) - FramesHeadBytes(out.head_);
   const size_t each = ClothFrameBytes(out.head_);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/board/panel_mask.h"
 #include "services/formats/files/atomic_file.h"
@@ -15,7 +16,7 @@ namespace weft {
 
 absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
   const std::string provenance = absl::StrCat("made by weft simulate, ", take.options().name);
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   absl::Status status =
       WriteRig((std::filesystem::path(folder) / "rig.json").string(), take.rig(), provenance);
   if (status.ok()) status = WriteBoard(folder, take.board(), provenance);

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -26,9 +27,8 @@ absl::Status CheckRecipe(const std::string& path, const std::string& recipe) {
     return absl::AlreadyExistsError(
         absl::StrCat(path, ": exists and is not an empty folder; remove it or choose another"));
   }
-  const absl::StatusOr<std::string> text = ReadWholeFile((fs::path(path) / kRecipe).string());
-  if (!text.ok()) return text.status();
-  const std::string begun(absl::StripSuffix(*text, "\n"));
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile((fs::path(path) / kRecipe).string()));
+  const std::string begun(absl::StripSuffix(text, "\n"));
   if (begun == recipe) return absl::OkStatus();
   return absl::AlreadyExistsError(
       absl::StrCat(path, ": a take of another recipe exists there (\"", begun, "\", not \"", recipe,
@@ -49,12 +49,12 @@ absl::Status Move(const fs::path& from, const fs::path& to) {
 absl::StatusOr<TakeFolder> TakeFolder::Open(const std::string& out, const std::string& recipe) {
   fs::path path = fs::path(out).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
-  if (absl::Status status = CheckRecipe(path.string(), recipe); !status.ok()) return status;
-  if (absl::Status status = CreateFolders(path / "truth"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRecipe(path.string(), recipe));
+  WEFT_RETURN_IF_ERROR(CreateFolders(path / "truth"));
   const std::string record = (path / kRecipe).string();
   std::error_code error;
   if (!fs::exists(record, error)) {
-    if (absl::Status status = WriteFileAtomically(record, recipe + "\n"); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(record, recipe + "\n"));
   }
   const int lock = open(record.c_str(), O_RDONLY | O_CLOEXEC);
   if (lock < 0 || flock(lock, LOCK_EX | LOCK_NB) != 0) {
@@ -93,15 +93,14 @@ bool TakeFolder::HasFrame(int frame) const {
 absl::StatusOr<TakeFolder::Draft> TakeFolder::BeginFrame(int frame) const {
   const fs::path folder = fs::path(Unfinished()) / NameOf(frame);
   Draft out = {folder / "pictures", folder / "truth"};
-  for (const std::string& part : {out.pictures, out.truth})
-    if (absl::Status status = CreateFolders(part); !status.ok()) return status;
+  for (const std::string& part : {out.pictures, out.truth}) WEFT_RETURN_IF_ERROR(CreateFolders(part));
   return out;
 }
 
 // The pictures come last: a frame counts when they are there.
 absl::Status TakeFolder::KeepFrame(int frame) const {
   const fs::path folder = fs::path(Unfinished()) / NameOf(frame);
-  if (absl::Status status = Move(folder / "truth", TruthOf(frame)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Move(folder / "truth", TruthOf(frame)));
   return Move(folder / "pictures", fs::path(path_) / NameOf(frame));
 }
 

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/synthetic/studio_files.h"
@@ -66,8 +67,7 @@ absl::Status WritePicture(const std::string& path, const Picture& picture, const
 absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const TakeFolder& folder,
                         const TakeFileOptions& options, const std::function<void()>& on_view,
                         const std::stop_token& stop, Tally& tally) {
-  const absl::StatusOr<TakeFolder::Draft> draft = folder.BeginFrame(frame.index);
-  if (!draft.ok()) return draft.status();
+  WEFT_ASSIGN_OR_RETURN(const TakeFolder::Draft draft, folder.BeginFrame(frame.index));
   const std::vector<CameraModel>& cameras = take.rig().cameras;
   std::vector<FilmedView> views(cameras.size());
   std::vector<absl::Status> statuses(cameras.size());
@@ -81,7 +81,7 @@ absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const
     statuses[c] = view.status();
     if (!view.ok()) return;
     if (view->picture) {
-      const std::string path = absl::StrCat(draft->pictures, "/", cameras[c].id, ".", options.image_ending);
+      const std::string path = absl::StrCat(draft.pictures, "/", cameras[c].id, ".", options.image_ending);
       statuses[c] = WritePicture(path, *view->picture, options);
       view->picture->values.clear();
     }
@@ -94,7 +94,7 @@ absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const
   truth.mesh = frame.scene.mesh();
   for (FilmedView& view : views)
     if (view.picture) truth.views.push_back(std::move(view.truth));
-  if (absl::Status status = WriteFrameTruth(draft->truth, truth); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteFrameTruth(draft.truth, truth));
   tally.Add(truth);
   return folder.KeepFrame(frame.index);
 }
@@ -160,8 +160,8 @@ absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const TakeFo
                                                const TakeFileOptions& options,
                                                const std::function<void()>& on_view,
                                                const std::stop_token& stop) {
-  if (absl::Status status = options.Validate(take.options().camera.sensor.bits); !status.ok()) return status;
-  if (absl::Status status = WriteStudio(take, folder.path()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate(take.options().camera.sensor.bits));
+  WEFT_RETURN_IF_ERROR(WriteStudio(take, folder.path()));
   Tally tally;
   absl::StatusOr<TakeFrame> frame = absl::UnavailableError("no frame was made yet");
   for (int i = 0; i < take.frames(); ++i) {
@@ -184,8 +184,7 @@ absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const TakeFo
     if (!status.ok()) return status;
     frame = std::move(following);
   }
-  if (absl::Status status = WriteFileAtomically(folder.PicturesCsv(), PicturesTable(take)); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(folder.PicturesCsv(), PicturesTable(take)));
   return Summarize(take, tally);
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/little_endian.h"
 #include "services/formats/files/mesh_file.h"
@@ -95,32 +96,29 @@ absl::StatusOr<ViewTruth> DecodeViewTruth(std::string_view bytes, std::string ca
 }
 
 absl::Status WriteFrameTruth(const std::string& folder, const FrameTruth& truth) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   for (const ViewTruth& view : truth.views) {
     const std::string path = (fs::path(folder) / (view.camera_id + ".truth")).string();
-    if (absl::Status status = WriteFileAtomically(path, EncodeViewTruth(view)); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(path, EncodeViewTruth(view)));
   }
   return WriteMesh((fs::path(folder) / "mesh.ply").string(), truth.mesh);
 }
 
 absl::StatusOr<FrameTruth> ReadFrameTruth(const std::string& folder) {
   FrameTruth out;
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh((fs::path(folder) / "mesh.ply").string());
-  if (!mesh.ok()) return mesh.status();
-  out.mesh = *std::move(mesh);
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh((fs::path(folder) / "mesh.ply").string()));
+  out.mesh = std::move(mesh);
   const auto vertices = static_cast<int>(out.mesh.vertices_mm.size());
   for (const std::string& camera : NamesIn(folder, ".truth")) {
     const std::string path = (fs::path(folder) / (camera + ".truth")).string();
-    const absl::StatusOr<std::string> text = ReadWholeFile(path);
-    if (!text.ok()) return text.status();
-    absl::StatusOr<ViewTruth> view = DecodeViewTruth(*text, camera, path);
-    if (!view.ok()) return view.status();
-    for (const NodeTruth& node : view->nodes) {
+    WEFT_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path));
+    WEFT_ASSIGN_OR_RETURN(ViewTruth view, DecodeViewTruth(text, camera, path));
+    for (const NodeTruth& node : view.nodes) {
       if (node.vertex < vertices) continue;
       return absl::InvalidArgumentError(
           absl::StrCat(path, ": names vertex ", node.vertex, ", mesh.ply has ", vertices));
     }
-    out.views.push_back(*std::move(view));
+    out.views.push_back(std::move(view));
   }
   if (out.views.empty()) {
     return absl::NotFoundError(absl::StrCat(

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/ground/confinement/allowed_calls.h"
 #include "services/ground/confinement/capabilities.h"
 #include "services/ground/confinement/landlock.h"
@@ -46,12 +47,12 @@ absl::Status AllowSystemFile(const std::string& path, Access access, LandlockRul
 absl::Status AllowSystem(bool may_run_programs, LandlockRules& rules) {
   const Access access = may_run_programs ? Access::kReadAndRun : Access::kRead;
   for (const char* path : kSystemFiles) {
-    if (absl::Status status = AllowSystemFile(path, access, rules); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AllowSystemFile(path, access, rules));
   }
   std::error_code error;
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
   if (!error) {
-    if (absl::Status status = AllowSystemFile(self.parent_path(), access, rules); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AllowSystemFile(self.parent_path(), access, rules));
   }
   // Kept open for ever: a rule is bound to the kernel's entry, which is made anew once nobody uses it.
   static const UniqueFd own(open("/proc/self", O_PATH | O_CLOEXEC));
@@ -67,15 +68,14 @@ absl::Status AllowFile(const std::string& path, Access access, LandlockRules& ru
 }
 
 absl::Status EnforceFiles(const Confinement& confinement) {
-  absl::StatusOr<LandlockRules> rules = LandlockRules::Create({});
-  if (!rules.ok()) return rules.status();
-  absl::Status status = AllowSystem(confinement.may_run_programs, *rules);
-  for (const std::string& path : confinement.readable) status.Update(AllowFile(path, Access::kRead, *rules));
+  WEFT_ASSIGN_OR_RETURN(LandlockRules rules, LandlockRules::Create({}));
+  absl::Status status = AllowSystem(confinement.may_run_programs, rules);
+  for (const std::string& path : confinement.readable) status.Update(AllowFile(path, Access::kRead, rules));
   for (const std::string& path : FindLinks(confinement.readable, confinement.links).others)
-    status.Update(AllowFile(path, Access::kRead, *rules));
+    status.Update(AllowFile(path, Access::kRead, rules));
   for (const std::string& path : confinement.writable)
-    status.Update(AllowFile(path, Access::kReadAndWrite, *rules));
-  return status.ok() ? rules->Enforce() : status;
+    status.Update(AllowFile(path, Access::kReadAndWrite, rules));
+  return status.ok() ? rules.Enforce() : status;
 }
 
 // Without Landlock, names that were exchanged for links are noticed here at least.
@@ -105,9 +105,7 @@ bool HasCallFilters() { return prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0; }
 
 // Of the calling thread.
 absl::Status Enforce(const Confinement& confinement) {
-  if (absl::Status status = LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement));
   if (!KeepFileCapabilities())
     return absl::UnavailableError(
         absl::StrCat("this process cannot give up its capabilities: ", std::strerror(errno)));
@@ -118,19 +116,19 @@ absl::Status Enforce(const Confinement& confinement) {
 }  // namespace
 
 absl::Status ConfineProcess(const Confinement& confinement) {
-  if (absl::Status status = LeaveNoCoreDump(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(LeaveNoCoreDump());
   return Enforce(confinement);
 }
 
 absl::Status ConfineWriting(const std::vector<std::string>& writable) {
   if (absl::Status status = LeaveNoCoreDump(); !status.ok() || LandlockVersion() == 0) return status;
-  absl::StatusOr<LandlockRules> rules = LandlockRules::Create({.may_use_network = true, .may_signal = true});
-  if (!rules.ok()) return rules.status();
-  absl::Status status = AllowSystemFile("/", Access::kReadAndRun, *rules);
+  WEFT_ASSIGN_OR_RETURN(LandlockRules rules,
+                        LandlockRules::Create({.may_use_network = true, .may_signal = true}));
+  absl::Status status = AllowSystemFile("/", Access::kReadAndRun, rules);
   for (const char* devices : {"/dev", "/proc/self"})
-    status.Update(AllowSystemFile(devices, Access::kUseDevices, *rules));
-  for (const std::string& path : writable) status.Update(AllowFile(path, Access::kReadAndWrite, *rules));
-  if (status.ok()) status = rules->Enforce();
+    status.Update(AllowSystemFile(devices, Access::kUseDevices, rules));
+  for (const std::string& path : writable) status.Update(AllowFile(path, Access::kReadAndWrite, rules));
+  if (status.ok()) status = rules.Enforce();
   return status.ok() && HasCallFilters() ? DenyCallsOnOthers() : status;
 }
 

@@ -13,6 +13,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/ground/confinement/landlock.h"
 
 namespace weft {
@@ -59,12 +60,11 @@ absl::Status CheckWorkerUser(const std::string& name) {
 }
 
 absl::Status BecomeWorkerUser(const std::string& name) {
-  if (absl::Status status = CheckWorkerUser(name); !status.ok()) return status;
-  const absl::StatusOr<UserNumbers> user = FindUser(name);
-  if (!user.ok()) return user.status();
-  if (initgroups(name.c_str(), user->group) == 0 && prctl(PR_SET_KEEPCAPS, 1, 0, 0, 0) == 0 &&
-      setresgid(user->group, user->group, user->group) == 0 &&
-      setresuid(user->user, user->user, user->user) == 0 && KeepFileCapability()) {
+  WEFT_RETURN_IF_ERROR(CheckWorkerUser(name));
+  WEFT_ASSIGN_OR_RETURN(const UserNumbers user, FindUser(name));
+  if (initgroups(name.c_str(), user.group) == 0 && prctl(PR_SET_KEEPCAPS, 1, 0, 0, 0) == 0 &&
+      setresgid(user.group, user.group, user.group) == 0 && setresuid(user.user, user.user, user.user) == 0 &&
+      KeepFileCapability()) {
     return absl::OkStatus();
   }
   return absl::UnavailableError(

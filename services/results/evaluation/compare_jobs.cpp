@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "evaluation/mesh_difference.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
@@ -135,11 +136,10 @@ struct ComparedFrame {
 
 absl::StatusOr<MeshDifference> DifferenceInFrame(const VertexMatch& match, const std::string& a,
                                                  const std::string& b, const std::string& frame) {
-  const absl::StatusOr<std::optional<ResultMesh>> of_a = MeshOf(a, frame), of_b = MeshOf(b, frame);
-  if (!of_a.ok()) return of_a.status();
-  if (!of_b.ok()) return of_b.status();
-  if (!*of_a || !*of_b) return MeshDifference();
-  return match.Difference(**of_a, **of_b);
+  WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> of_a, MeshOf(a, frame));
+  WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> of_b, MeshOf(b, frame));
+  if (!of_a || !of_b) return MeshDifference();
+  return match.Difference(*of_a, *of_b);
 }
 
 // What is summed up over the frames about both results.
@@ -197,16 +197,14 @@ absl::Status Prepare(const ComparisonRequest& request, ComparedSide& a, Compared
                      std::vector<EvaluationRemark>& remarks) {
   a.request = request.a, b.request = RequestOfB(request);
   for (ComparedSide* side : {&a, &b}) {
-    absl::StatusOr<EvaluationInputs> inputs = LoadEvaluationInputs(side->request);
-    if (!inputs.ok()) return inputs.status();
-    side->inputs = *std::move(inputs);
+    WEFT_ASSIGN_OR_RETURN(EvaluationInputs inputs, LoadEvaluationInputs(side->request));
+    side->inputs = std::move(inputs);
   }
-  if (absl::Status status = KeepCommonFrames(a.inputs, b.inputs, remarks); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(KeepCommonFrames(a.inputs, b.inputs, remarks));
   CheckImages(a.inputs, b.inputs, remarks);
   for (ComparedSide* side : {&a, &b}) {
-    absl::StatusOr<EvaluationTools> tools = PrepareTools(side->request, side->inputs);
-    if (!tools.ok()) return tools.status();
-    side->tools = *std::move(tools);
+    WEFT_ASSIGN_OR_RETURN(EvaluationTools tools, PrepareTools(side->request, side->inputs));
+    side->tools = std::move(tools);
   }
   return absl::OkStatus();
 }
@@ -311,19 +309,16 @@ std::vector<ComparedMeasure> CompareMeasures(const JobEvaluation& a, const JobEv
 
 absl::StatusOr<JobComparison> CompareJobs(const ComparisonRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.Validate());
   JobComparison out;
   ComparedSide a, b;
-  if (absl::Status status = Prepare(request, a, b, out.remarks); !status.ok()) return status;
-  const absl::StatusOr<VertexMatch> match = VertexMatch::Of(a.inputs, b.inputs, out.remarks);
-  if (!match.ok()) return match.status();
+  WEFT_RETURN_IF_ERROR(Prepare(request, a, b, out.remarks));
+  WEFT_ASSIGN_OR_RETURN(const VertexMatch match, VertexMatch::Of(a.inputs, b.inputs, out.remarks));
   DifferenceSum sum;
-  if (absl::Status status = MeasureFrames(*match, a, b, on_frame, sum); !status.ok()) return status;
-  absl::StatusOr<JobEvaluation> of_a = a.sum.Finish(a.request, a.inputs),
-                                of_b = b.sum.Finish(b.request, b.inputs);
-  if (!of_a.ok()) return of_a.status();
-  if (!of_b.ok()) return of_b.status();
-  out.a = *std::move(of_a), out.b = *std::move(of_b);
+  WEFT_RETURN_IF_ERROR(MeasureFrames(match, a, b, on_frame, sum));
+  WEFT_ASSIGN_OR_RETURN(JobEvaluation of_a, a.sum.Finish(a.request, a.inputs));
+  WEFT_ASSIGN_OR_RETURN(JobEvaluation of_b, b.sum.Finish(b.request, b.inputs));
+  out.a = std::move(of_a), out.b = std::move(of_b);
   out.measures = CompareMeasures(out.a, out.b);
   sum.Finish(out.a.fps, out);
   out.differences = DifferencesOf(a.inputs.job, b.inputs.job);

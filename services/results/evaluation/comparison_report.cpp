@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/results/evaluation/comparison_sequence.h"
 #include "services/results/evaluation/comparison_text.h"
@@ -175,8 +176,7 @@ std::string MakeComparisonReport(const JobComparison& comparison, const Sequence
 }
 
 absl::Status WriteComparison(const std::string& folder, const JobComparison& comparison) {
-  const absl::StatusOr<std::string> json = ComparisonJson(comparison);
-  if (!json.ok()) return json.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ComparisonJson(comparison));
   absl::Status status = CreateFolders(folder);
   const auto write = [&](const fs::path& name, const std::string& text) {
     if (text.empty() || !status.ok()) return;
@@ -195,7 +195,7 @@ absl::Status WriteComparison(const std::string& folder, const JobComparison& com
     const absl::StatusOr<std::string> svg = GarmentMapSvg(comparison.a.shape, map);
     if (svg.ok()) write(fs::path("maps") / (name + ".svg"), *svg);
   }
-  write("comparison.json", *json);
+  write("comparison.json", json);
   std::vector<std::string> notes;
   const std::optional<SequenceView> sequence = ComparisonSequence(comparison, notes);
   write("report.html", MakeComparisonReport(comparison, sequence ? &*sequence : nullptr, notes));

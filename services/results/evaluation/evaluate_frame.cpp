@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/status_macros.h"
 #include "evaluation/jitter.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/mesh_file.h"
@@ -55,9 +56,8 @@ class FrameEvaluator {
 
   absl::StatusOr<FrameOutcome> Run() {
     out_.frame.frame = name_;
-    absl::StatusOr<FramePieces> pieces = ReadFramePieces((fs::path(inputs_.result) / name_).string());
-    if (!pieces.ok()) return pieces.status();
-    pieces_ = *std::move(pieces);
+    WEFT_ASSIGN_OR_RETURN(FramePieces pieces, ReadFramePieces((fs::path(inputs_.result) / name_).string()));
+    pieces_ = std::move(pieces);
     if (pieces_.mesh) measured_ = pieces_.mesh->Measured();
     out_.frame.missing = pieces_.missing;
     absl::Status status = ScoreAgainstTruth();
@@ -78,10 +78,9 @@ class FrameEvaluator {
     const std::string path = FramePaths(inputs_.result, other.name).Of(FrameFile::kMesh);
     std::error_code error;
     if (!fs::exists(path, error)) return std::nullopt;
-    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
-    if (!mesh.ok()) return mesh.status();
-    if (absl::Status status = CheckSize(path, mesh->mesh.vertices_mm.size()); !status.ok()) return status;
-    return *std::move(mesh);
+    WEFT_ASSIGN_OR_RETURN(ResultMesh mesh, ReadResultMesh(path));
+    WEFT_RETURN_IF_ERROR(CheckSize(path, mesh.mesh.vertices_mm.size()));
+    return mesh;
   }
 
   absl::Status CheckSize(const std::string& path, size_t vertices) const {
@@ -93,10 +92,10 @@ class FrameEvaluator {
   }
 
   absl::StatusOr<Positions> TrueMesh(int step) const {
-    absl::StatusOr<TriangleMesh> mesh =
-        ReadMesh(FramePaths(inputs_.truth, inputs_.frames[index_ + step].name).Of(FrameFile::kMesh));
-    if (!mesh.ok()) return mesh.status();
-    return OfResult(std::move(mesh->vertices_mm));
+    WEFT_ASSIGN_OR_RETURN(
+        TriangleMesh mesh,
+        ReadMesh(FramePaths(inputs_.truth, inputs_.frames[index_ + step].name).Of(FrameFile::kMesh)));
+    return OfResult(std::move(mesh.vertices_mm));
   }
 
   // True positions of the result's vertices.
@@ -122,20 +121,19 @@ class FrameEvaluator {
     ResultPieces& pieces = pieces_.pieces;
     if (inputs_.truth.empty() || (!pieces.observations && !pieces.cloud && !pieces_.mesh))
       return absl::OkStatus();
-    absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(inputs_.truth) / name_).string());
-    if (!truth.ok()) return truth.status();
-    LeaveOtherGarments(*truth);
-    const bool has_mesh = IsMeshOfTruth(*truth);
+    WEFT_ASSIGN_OR_RETURN(FrameTruth truth, ReadFrameTruth((fs::path(inputs_.truth) / name_).string()));
+    LeaveOtherGarments(truth);
+    const bool has_mesh = IsMeshOfTruth(truth);
     if (has_mesh) pieces.mesh_mm = pieces_.mesh->mesh.vertices_mm;
     if (inputs_.truth_by_node) pieces.by_node = &*inputs_.truth_by_node;
-    absl::StatusOr<FrameScore> score = Evaluate(*truth, pieces, request_.scores);
+    absl::StatusOr<FrameScore> score = Evaluate(truth, pieces, request_.scores);
     if (!score.ok())
       return absl::Status(score.status().code(), absl::StrCat((fs::path(inputs_.result) / name_).string(),
                                                               ": ", score.status().message()));
     out_.frame.score = *std::move(score);
     if (!has_mesh) return absl::OkStatus();
-    true_mm_ = OfResult(truth->mesh.vertices_mm);
-    well_seen_ = WellSeenVertices(*truth, pieces.by_node, request_.scores);
+    true_mm_ = OfResult(truth.mesh.vertices_mm);
+    well_seen_ = WellSeenVertices(truth, pieces.by_node, request_.scores);
     for (size_t v = 0; v < true_mm_.size(); ++v)
       out_.fields.error_mm.push_back((pieces.mesh_mm->at(v) - true_mm_[v]).norm());
     return absl::OkStatus();
@@ -144,20 +142,17 @@ class FrameEvaluator {
   absl::Status MeasureMesh() {
     if (!pieces_.mesh) return absl::OkStatus();
     const TriangleMesh& mesh = pieces_.mesh->mesh;
-    if (absl::Status status =
-            CheckSize(FramePaths(inputs_.result, name_).Of(FrameFile::kMesh), mesh.vertices_mm.size());
-        !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(
+        CheckSize(FramePaths(inputs_.result, name_).Of(FrameFile::kMesh), mesh.vertices_mm.size()));
     FrameMetrics& metrics = out_.frame.metrics;
     metrics.self_intersections =
         static_cast<int64_t>(FindSelfIntersections(mesh.vertices_mm, mesh.faces).size());
     MeasureCoverage();
     if (tools_.geodesics && tools_.measure_geodesics[index_]) {
-      absl::StatusOr<DistortionScore> score = tools_.geodesics->Measure(mesh.vertices_mm);
-      if (!score.ok()) return score.status();
-      metrics.distortion_mm = score->mean_mm;
-      metrics.distortion_relative = score->mean_relative;
-      out_.fields.distortion_mm = std::move(score->of_vertex_mm);
+      WEFT_ASSIGN_OR_RETURN(DistortionScore score, tools_.geodesics->Measure(mesh.vertices_mm));
+      metrics.distortion_mm = score.mean_mm;
+      metrics.distortion_relative = score.mean_relative;
+      out_.fields.distortion_mm = std::move(score.of_vertex_mm);
     }
     return absl::OkStatus();
   }
@@ -192,34 +187,33 @@ class FrameEvaluator {
                                                        " is not in the rig"));
       views.push_back({camera, seen.observations});
     }
-    absl::StatusOr<std::vector<CameraErrors>> errors =
-        MeasureCameraErrors(*inputs_.rig, std::move(views), *pieces.cloud, request_.cameras);
-    if (!errors.ok()) return errors.status();
+    WEFT_ASSIGN_OR_RETURN(
+        std::vector<CameraErrors> errors,
+        MeasureCameraErrors(*inputs_.rig, std::move(views), *pieces.cloud, request_.cameras));
     CameraErrors all;
-    for (const CameraErrors& camera : *errors) all += camera;
+    for (const CameraErrors& camera : errors) all += camera;
     out_.frame.metrics.reprojection_px = Summarize(std::move(all.reprojection_px));
     out_.frame.metrics.left_out_px = Summarize(std::move(all.left_out_px));
-    out_.cameras = *std::move(errors);
+    out_.cameras = std::move(errors);
     return absl::OkStatus();
   }
 
   absl::Status MeasureSteps() {
-    const absl::StatusOr<std::optional<ResultMesh>> before = Neighbor(-1), after = Neighbor(1);
-    if (!before.ok()) return before.status();
-    if (!after.ok()) return after.status();
-    if (!*after) return absl::OkStatus();
-    const Positions &now_mm = pieces_.mesh->mesh.vertices_mm, &after_mm = (*after)->mesh.vertices_mm;
+    WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> before, Neighbor(-1));
+    WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> after, Neighbor(1));
+    if (!after) return absl::OkStatus();
+    const Positions &now_mm = pieces_.mesh->mesh.vertices_mm, &after_mm = after->mesh.vertices_mm;
     FrameMetrics& metrics = out_.frame.metrics;
-    if (*before) {
-      const std::vector<double> jitter_mm = SecondDifferences((*before)->mesh.vertices_mm, now_mm, after_mm);
+    if (before) {
+      const std::vector<double> jitter_mm = SecondDifferences(before->mesh.vertices_mm, now_mm, after_mm);
       if (!measured_.empty()) {
         metrics.jitter_observed_mm = SummaryWhere(jitter_mm, measured_, true);
         metrics.jitter_inferred_mm = SummaryWhere(jitter_mm, measured_, false);
       }
     }
     if (!true_mm_.empty()) {
-      const Positions* const before_mm = *before ? &(*before)->mesh.vertices_mm : nullptr;
-      if (absl::Status status = MeasureTrueMotion(before_mm, after_mm); !status.ok()) return status;
+      const Positions* const before_mm = before ? &before->mesh.vertices_mm : nullptr;
+      WEFT_RETURN_IF_ERROR(MeasureTrueMotion(before_mm, after_mm));
     }
     if (tools_.texture && tools_.measure_texture[index_]) return MeasureTexture(now_mm, after_mm);
     return absl::OkStatus();
@@ -228,28 +222,26 @@ class FrameEvaluator {
   // `before_mm` may be null.
   absl::Status MeasureTrueMotion(const Positions* before_mm, const Positions& after_mm) {
     FrameMetrics& metrics = out_.frame.metrics;
-    const absl::StatusOr<Positions> true_after_mm = TrueMesh(1);
-    if (!true_after_mm.ok()) return true_after_mm.status();
+    WEFT_ASSIGN_OR_RETURN(const Positions true_after_mm, TrueMesh(1));
     if (before_mm != nullptr) {
-      const absl::StatusOr<Positions> true_before_mm = TrueMesh(-1);
-      if (!true_before_mm.ok()) return true_before_mm.status();
+      WEFT_ASSIGN_OR_RETURN(const Positions true_before_mm, TrueMesh(-1));
       metrics.jitter_of_truth_mm =
-          SummaryWhere(SecondDifferences(*true_before_mm, true_mm_, *true_after_mm), {}, true);
+          SummaryWhere(SecondDifferences(true_before_mm, true_mm_, true_after_mm), {}, true);
       // The cloth's own acceleration is in neither the error of the mesh nor its trembling.
       const Positions& now_mm = pieces_.mesh->mesh.vertices_mm;
       const std::vector<double> trembling_mm =
-          SecondDifferences(Difference(*before_mm, *true_before_mm), Difference(now_mm, true_mm_),
-                            Difference(after_mm, *true_after_mm));
+          SecondDifferences(Difference(*before_mm, true_before_mm), Difference(now_mm, true_mm_),
+                            Difference(after_mm, true_after_mm));
       metrics.error_jitter_observed_mm = SummaryWhere(trembling_mm, measured_, true);
       if (!measured_.empty()) metrics.error_jitter_inferred_mm = SummaryWhere(trembling_mm, measured_, false);
     }
     metrics.error_change_mm = SummaryWhere(
-        ErrorChanges(pieces_.mesh->mesh.vertices_mm, true_mm_, after_mm, *true_after_mm), well_seen_, true);
+        ErrorChanges(pieces_.mesh->mesh.vertices_mm, true_mm_, after_mm, true_after_mm), well_seen_, true);
     metrics.error_change_mm_s = PerSecond(metrics.error_change_mm, inputs_.fps);
     if (!tools_.true_drift) return absl::OkStatus();
     std::vector<double> drift =
         DriftBetween(tools_.true_drift->MaterialOffsets(pieces_.mesh->mesh.vertices_mm, true_mm_),
-                     tools_.true_drift->MaterialOffsets(after_mm, *true_after_mm));
+                     tools_.true_drift->MaterialOffsets(after_mm, true_after_mm));
     metrics.true_drift_observed_mm = SummaryWhere(drift, measured_, true);
     if (!measured_.empty()) metrics.true_drift_inferred_mm = SummaryWhere(drift, measured_, false);
     metrics.true_drift_observed_mm_s = PerSecond(metrics.true_drift_observed_mm, inputs_.fps);
@@ -267,9 +259,8 @@ class FrameEvaluator {
     const auto after = VisibleMesh::Build(after_mm, faces, tools_.cell_mm);
     if (!now.ok()) return now.status();
     if (!after.ok()) return after.status();
-    const absl::StatusOr<std::vector<std::vector<bool>>> uncovered = UncoveredInBoth();
-    if (!uncovered.ok()) return uncovered.status();
-    const UnwrapPlan plan = tools_.texture->Plan(*inputs_.rig, *now, *after, *uncovered);
+    WEFT_ASSIGN_OR_RETURN(const std::vector<std::vector<bool>> uncovered, UncoveredInBoth());
+    const UnwrapPlan plan = tools_.texture->Plan(*inputs_.rig, *now, *after, uncovered);
     TextureDriftField field = tools_.texture->EmptyField();
     for (size_t c = 0; c < plan.of_camera.size(); ++c) {
       if (plan.of_camera[c].empty()) continue;
@@ -290,13 +281,13 @@ class FrameEvaluator {
   // [cameras][vertices], for TextureDrift::Plan, of this frame and the next.
   absl::StatusOr<std::vector<std::vector<bool>>> UncoveredInBoth() const {
     std::vector<std::vector<bool>> uncovered;
-    const auto views_after =
-        ReadCameraObservations((fs::path(inputs_.result) / inputs_.frames[index_ + 1].name).string());
-    if (!views_after.ok()) return views_after.status();
-    if (!pieces_.pieces.observations || !*views_after) return uncovered;
+    WEFT_ASSIGN_OR_RETURN(
+        const auto views_after,
+        ReadCameraObservations((fs::path(inputs_.result) / inputs_.frames[index_ + 1].name).string()));
+    if (!pieces_.pieces.observations || !views_after) return uncovered;
     const std::vector<VertexNode>& cells = inputs_.garment->node_of_vertex;
     uncovered.assign(inputs_.rig->cameras.size(), std::vector<bool>(cells.size(), true));
-    for (const std::vector<CameraObservations>* views : {&*pieces_.pieces.observations, &**views_after}) {
+    for (const std::vector<CameraObservations>* views : {&*pieces_.pieces.observations, &*views_after}) {
       std::vector<std::vector<bool>> read(uncovered.size(), std::vector<bool>(cells.size(), false));
       for (const CameraObservations& view : *views)
         if (const int camera = inputs_.rig->IndexOf(view.camera_id); camera >= 0)
@@ -308,9 +299,8 @@ class FrameEvaluator {
   }
 
   absl::StatusOr<GreyImage> Picture(int dump_index, size_t camera) const {
-    const absl::StatusOr<Frame> frame = inputs_.dump->ReadView(dump_index, camera);
-    if (!frame.ok()) return frame.status();
-    return ToGrey(*frame);
+    WEFT_ASSIGN_OR_RETURN(const Frame frame, inputs_.dump->ReadView(dump_index, camera));
+    return ToGrey(frame);
   }
 
   const EvaluationRequest& request_;
@@ -339,14 +329,12 @@ absl::StatusOr<EvaluationTools> PrepareTools(const EvaluationRequest& request,
   tools.cell_mm = CellPitchMm(*inputs.garment);
   if (!inputs.truth.empty()) tools.true_drift.emplace(inputs.garment->rest);
   if (request.quick) return tools;
-  absl::StatusOr<GeodesicDistortion> geodesics =
-      GeodesicDistortion::Build(inputs.garment->rest, request.geodesics);
-  if (!geodesics.ok()) return geodesics.status();
-  tools.geodesics = *std::move(geodesics);
+  WEFT_ASSIGN_OR_RETURN(GeodesicDistortion geodesics,
+                        GeodesicDistortion::Build(inputs.garment->rest, request.geodesics));
+  tools.geodesics = std::move(geodesics);
   if (!inputs.dump) return tools;
-  absl::StatusOr<TextureDrift> texture = TextureDrift::Build(*inputs.garment, request.texture);
-  if (!texture.ok()) return texture.status();
-  tools.texture = *std::move(texture);
+  WEFT_ASSIGN_OR_RETURN(TextureDrift texture, TextureDrift::Build(*inputs.garment, request.texture));
+  tools.texture = std::move(texture);
   return tools;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/results/evaluation/evaluation_verdict.h"
 #include "services/results/report/camera_facts.h"
 #include "services/results/report/job_frames.h"
@@ -139,12 +140,10 @@ absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& req
 
 absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame) {
-  absl::StatusOr<EvaluationInputs> inputs = LoadEvaluationInputs(request);
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<EvaluationTools> tools = PrepareTools(request, *inputs);
-  if (!tools.ok()) return tools.status();
+  WEFT_ASSIGN_OR_RETURN(EvaluationInputs inputs, LoadEvaluationInputs(request));
+  WEFT_ASSIGN_OR_RETURN(const EvaluationTools tools, PrepareTools(request, inputs));
   EvaluationSum sum;
-  const size_t all = inputs->frames.size();
+  const size_t all = inputs.frames.size();
   const size_t batch = 4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
   size_t done = 0;
   std::mutex mutex;
@@ -153,7 +152,7 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
   for (size_t begin = 0; begin < all; begin += batch) {
     std::vector<absl::StatusOr<FrameOutcome>> outcomes(std::min(batch, all - begin));
     tbb::parallel_for(size_t{0}, outcomes.size(), [&](size_t i) {
-      outcomes[i] = EvaluateFrame(request, *inputs, *tools, begin + i);
+      outcomes[i] = EvaluateFrame(request, inputs, tools, begin + i);
       const std::lock_guard lock(mutex);
       ++done;
       if (on_frame) on_frame(done, all);
@@ -163,7 +162,7 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
       sum.Add(*std::move(outcome));
     }
   }
-  return sum.Finish(request, *inputs);
+  return sum.Finish(request, inputs);
 }
 
 }  // namespace weft

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
@@ -40,9 +41,8 @@ absl::Status LoadRig(const std::string& path, const v1::Job& job, EvaluationInpu
     inputs.remarks.push_back({"reprojection, texture drift", "there is no rig; give --rig"});
     return absl::OkStatus();
   }
-  absl::StatusOr<Rig> rig = ReadRig(path);
-  if (!rig.ok()) return rig.status();
-  inputs.rig = *std::move(rig);
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(path));
+  inputs.rig = std::move(rig);
   return CheckHash("rig", path, job.inputs().rig(), inputs.rig->ContentHash());
 }
 
@@ -51,9 +51,8 @@ absl::Status LoadTemplate(const std::string& path, const v1::Job& job, Evaluatio
     inputs.remarks.push_back({"geodesic distortion, drift", "there is no template; give --template"});
     return absl::OkStatus();
   }
-  absl::StatusOr<Template> garment = ReadTemplate(path);
-  if (!garment.ok()) return garment.status();
-  inputs.garment = *std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(path));
+  inputs.garment = std::move(garment);
   return CheckHash("template", path, job.inputs().garment(), inputs.garment->ContentHash());
 }
 
@@ -85,10 +84,9 @@ void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
 absl::Status MatchTruth(EvaluationInputs& inputs) {
   const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
   if (!inputs.garment || !Exists(of_truth / "template.json")) return absl::OkStatus();
-  const absl::StatusOr<Template> truth = ReadTemplate(of_truth.string());
-  if (!truth.ok()) return truth.status();
-  if (HaveSameVertices(*inputs.garment, *truth)) return absl::OkStatus();
-  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, *truth);
+  WEFT_ASSIGN_OR_RETURN(const Template truth, ReadTemplate(of_truth.string()));
+  if (HaveSameVertices(*inputs.garment, truth)) return absl::OkStatus();
+  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, truth);
   if (!by_node.ok())
     return absl::Status(by_node.status().code(),
                         absl::StrCat(inputs.truth, ": ", by_node.status().message(),
@@ -99,7 +97,7 @@ absl::Status MatchTruth(EvaluationInputs& inputs) {
                     "; its vertices are compared by board cell, which ", by_node->matched(), " of ",
                     by_node->vertices(), " have in common with the truth")});
   inputs.truth_by_node = *std::move(by_node);
-  if (!truth->garments.empty() && inputs.garment->garments.empty())
+  if (!truth.garments.empty() && inputs.garment->garments.empty())
     inputs.rows_of_garment = GarmentRows(*inputs.garment);
   return absl::OkStatus();
 }
@@ -151,31 +149,26 @@ absl::Status EvaluationRequest::Validate() const {
 }
 
 absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.Validate());
   v1::Job job;
   if (const fs::path path = fs::path(request.result) / kJobFile; Exists(path))
-    if (absl::Status status = ReadJsonFile(path.string(), job); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ReadJsonFile(path.string(), job));
   EvaluationInputs inputs;
   inputs.result = request.result;
   const std::string dump = PathOf(request.dump, job.spec().dump());
-  if (absl::Status status = LoadRig(PathOf(request.rig, job.spec().rig()), job, inputs); !status.ok())
-    return status;
-  if (absl::Status status = LoadTemplate(PathOf(request.garment, job.spec().garment()), job, inputs);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(LoadRig(PathOf(request.rig, job.spec().rig()), job, inputs));
+  WEFT_RETURN_IF_ERROR(LoadTemplate(PathOf(request.garment, job.spec().garment()), job, inputs));
   const std::string mosaic = dump == job.spec().dump() ? job.spec().options().mosaic() : "";
-  if (absl::Status status = OpenDump(dump, mosaic, !request.dump.empty(), inputs); !status.ok())
-    return status;
-  if (absl::Status status = LoadTruth(request, dump, inputs); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(OpenDump(dump, mosaic, !request.dump.empty(), inputs));
+  WEFT_RETURN_IF_ERROR(LoadTruth(request, dump, inputs));
   const fs::path beside = fs::path(dump) / "truth";
   const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty() ? inputs.truth
                                             : Exists(beside)      ? beside.string()
                                                                   : "");
   FindFrameRate(request, times, inputs);
-  absl::StatusOr<std::vector<ListedFrame>> frames =
-      ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times);
-  if (!frames.ok()) return frames.status();
-  inputs.frames = *std::move(frames);
+  WEFT_ASSIGN_OR_RETURN(std::vector<ListedFrame> frames,
+                        ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times));
+  inputs.frames = std::move(frames);
   inputs.job = std::move(job);
   return inputs;
 }

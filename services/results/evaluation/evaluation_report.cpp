@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
@@ -63,9 +64,8 @@ absl::StatusOr<std::optional<JobReportParts>> PartsOfJob(const JobEvaluation& ev
                              [&](const std::string& frame, const std::vector<Eigen::Vector3d>& vertices_mm) {
                                return ErrorsAgainst(evaluation, frame, vertices_mm);
                              }});
-  absl::StatusOr<JobReportParts> parts = ReadJobReportParts(evaluation.result, job, extras);
-  if (!parts.ok()) return parts.status();
-  return *std::move(parts);
+  WEFT_ASSIGN_OR_RETURN(JobReportParts parts, ReadJobReportParts(evaluation.result, job, extras));
+  return parts;
 }
 
 // In front of what was measured: the job, its meshes and pictures.
@@ -99,18 +99,16 @@ std::string MakeEvaluationReport(const JobEvaluation& evaluation, const JobRepor
 }
 
 absl::Status WriteEvaluation(const std::string& folder, const JobEvaluation& evaluation) {
-  const absl::StatusOr<std::string> json = EvaluationJson(evaluation);
-  if (!json.ok()) return json.status();
-  const absl::StatusOr<std::optional<JobReportParts>> job = PartsOfJob(evaluation);
-  if (!job.ok()) return job.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string json, EvaluationJson(evaluation));
+  WEFT_ASSIGN_OR_RETURN(const std::optional<JobReportParts> job, PartsOfJob(evaluation));
   absl::Status status = CreateFolders(folder);
   const auto write = [&](const char* name, const std::string& text) {
     if (status.ok()) status = WriteFileAtomically((std::filesystem::path(folder) / name).string(), text);
   };
   write("frames.csv", FrameCsv(evaluation));
   write("cameras.csv", CameraCsv(evaluation));
-  write("evaluation.json", *json);
-  write("report.html", MakeEvaluationReport(evaluation, *job ? &**job : nullptr));
+  write("evaluation.json", json);
+  write("report.html", MakeEvaluationReport(evaluation, job ? &*job : nullptr));
   return status;
 }
 

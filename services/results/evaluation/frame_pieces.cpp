@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/mesh_file.h"
@@ -15,14 +16,12 @@ namespace weft {
 namespace fs = std::filesystem;
 
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
-  if (!ply.ok()) return ply.status();
-  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
-  if (!mesh.ok()) return mesh.status();
-  ResultMesh out{*std::move(mesh), {}, {}};
-  const PlyProperty* sigma = ply->Find("vertex")->Find("sigma_mm");
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path));
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, MeshFromPly(ply, path));
+  ResultMesh out{std::move(mesh), {}, {}};
+  const PlyProperty* sigma = ply.Find("vertex")->Find("sigma_mm");
   if (sigma && !sigma->is_list) out.sigma_mm.assign(sigma->values.begin(), sigma->values.end());
-  const PlyProperty* state = ply->Find("vertex")->Find("state");
+  const PlyProperty* state = ply.Find("vertex")->Find("state");
   if (!state || state->is_list) return out;
   for (const double s : state->values) {
     if (!(s >= 0 && s <= static_cast<double>(VertexState::kDriven)))
@@ -44,10 +43,9 @@ absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObserva
   const std::string path = FramePaths(frame_folder).Of(FrameFile::kObservations);
   std::error_code error;
   if (!fs::exists(path, error)) return std::nullopt;
-  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
-  if (!images.ok()) return images.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<ImageObservations> images, ReadObservations(path));
   std::vector<CameraObservations> views;
-  for (ImageObservations& image : *images)
+  for (ImageObservations& image : images)
     views.push_back({std::move(image.image), std::move(image.observations)});
   return views;
 }
@@ -61,19 +59,17 @@ absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
     out.missing.emplace_back(FileName(file));
     return "";
   };
-  absl::StatusOr<std::optional<std::vector<CameraObservations>>> views = ReadCameraObservations(frame_folder);
-  if (!views.ok()) return views.status();
-  out.pieces.observations = *std::move(views);
+  WEFT_ASSIGN_OR_RETURN(std::optional<std::vector<CameraObservations>> views,
+                        ReadCameraObservations(frame_folder));
+  out.pieces.observations = std::move(views);
   if (!out.pieces.observations) out.missing.emplace_back(FileName(FrameFile::kObservations));
   if (const std::string path = path_of(FrameFile::kCloud); !path.empty()) {
-    absl::StatusOr<Cloud> cloud = ReadCloud(path);
-    if (!cloud.ok()) return cloud.status();
-    out.pieces.cloud = *std::move(cloud);
+    WEFT_ASSIGN_OR_RETURN(Cloud cloud, ReadCloud(path));
+    out.pieces.cloud = std::move(cloud);
   }
   if (const std::string path = path_of(FrameFile::kMesh); !path.empty()) {
-    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
-    if (!mesh.ok()) return mesh.status();
-    out.mesh = *std::move(mesh);
+    WEFT_ASSIGN_OR_RETURN(ResultMesh mesh, ReadResultMesh(path));
+    out.mesh = std::move(mesh);
   }
   return out;
 }

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/take/frame_number.h"
 #include "services/formats/files/frame_folders.h"
 #include "services/formats/files/frame_paths.h"
@@ -33,12 +34,10 @@ bool WasAskedFor(const v1::Job& job, const std::string& name, int64_t position) 
 
 // Folders with a mesh, and those of frames that failed, which have a report alone.
 absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& result) {
-  const absl::StatusOr<std::vector<std::string>> meshes = ListFrameFolders(result);
-  if (!meshes.ok()) return meshes.status();
-  const absl::StatusOr<std::vector<std::string>> reports = ListFrameFolders(result, FrameFile::kReport);
-  if (!reports.ok()) return reports.status();
-  std::set<std::string> distinct(meshes->begin(), meshes->end());
-  distinct.insert(reports->begin(), reports->end());
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> meshes, ListFrameFolders(result));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> reports, ListFrameFolders(result, FrameFile::kReport));
+  std::set<std::string> distinct(meshes.begin(), meshes.end());
+  distinct.insert(reports.begin(), reports.end());
   std::vector<std::string> names(distinct.begin(), distinct.end());
   std::sort(names.begin(), names.end(), NaturalLess);
   return names;
@@ -62,21 +61,20 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
                                                     const TakeTimes& times) {
   const bool knows_job = job.has_spec();
   const bool of_dump = truth.empty() && knows_job && dump != nullptr;
-  absl::StatusOr<std::vector<std::string>> names =
-      of_dump         ? absl::StatusOr<std::vector<std::string>>(dump->frame_names())
-      : truth.empty() ? FramesOfResult(result)
-                      : ListTruthFrames(truth);
-  if (!names.ok()) return names.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> names,
+                        of_dump         ? absl::StatusOr<std::vector<std::string>>(dump->frame_names())
+                        : truth.empty() ? FramesOfResult(result)
+                                        : ListTruthFrames(truth));
   std::map<std::string, int> in_dump;
   if (dump != nullptr)
     for (size_t i = 0; i < dump->frame_names().size(); ++i)
       in_dump[dump->frame_names()[i]] = static_cast<int>(i);
-  const FrameSteps steps(dump != nullptr ? dump->frame_names() : *names);
+  const FrameSteps steps(dump != nullptr ? dump->frame_names() : names);
   std::vector<ListedFrame> frames;
   bool any_registered = false;
   std::error_code error;
-  for (size_t i = 0; i < names->size(); ++i) {
-    const std::string& name = (*names)[i];
+  for (size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
     const auto at = in_dump.find(name);
     const int dump_index = at != in_dump.end() ? at->second : -1;
     const int64_t place = dump_index >= 0 ? dump_index : static_cast<int64_t>(i);
@@ -90,7 +88,7 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
   }
   const bool is_of_others = !truth.empty() && !any_registered && fs::is_directory(result, error);
   if (is_of_others && !FramesOfResult(result).value_or(std::vector<std::string>()).empty())
-    return OfOtherFrames(truth, *names, result, job);
+    return OfOtherFrames(truth, names, result, job);
   if (!frames.empty()) return frames;
   return absl::NotFoundError(
       absl::StrCat(result, ": holds no frames; give the --out folder of `weft register`"));

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/frame_folders.h"
 #include "services/formats/files/frame_paths.h"
@@ -37,26 +38,24 @@ absl::StatusOr<NamedMoments> ReadMoments(const RigPlanRequest& request, const Te
   if (!fs::is_directory(request.motion, error)) {
     files.emplace_back(fs::path(request.motion).filename().string(), request.motion);
   } else {
-    const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(request.motion);
-    if (!names.ok()) return names.status();
-    if (names->empty())
+    WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListFrameFolders(request.motion));
+    if (names.empty())
       return absl::NotFoundError(absl::StrCat(request.motion, ": holds no <frame>/mesh.ply"));
     const size_t count =
-        request.moments == 0 ? names->size() : std::min(names->size(), static_cast<size_t>(request.moments));
+        request.moments == 0 ? names.size() : std::min(names.size(), static_cast<size_t>(request.moments));
     for (size_t i = 0; i < count; ++i) {
-      const std::string& name = (*names)[(2 * i + 1) * names->size() / (2 * count)];
+      const std::string& name = names[(2 * i + 1) * names.size() / (2 * count)];
       files.emplace_back(name, FramePaths(request.motion, name).Of(FrameFile::kMesh));
     }
   }
   for (const auto& [name, path] : files) {
-    absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
-    if (!mesh.ok()) return mesh.status();
-    if (mesh->vertices_mm.size() != garment.rest.vertices_mm.size())
-      return absl::InvalidArgumentError(absl::StrCat(path, ": has ", mesh->vertices_mm.size(),
+    WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh(path));
+    if (mesh.vertices_mm.size() != garment.rest.vertices_mm.size())
+      return absl::InvalidArgumentError(absl::StrCat(path, ": has ", mesh.vertices_mm.size(),
                                                      " vertices, the template ",
                                                      garment.rest.vertices_mm.size()));
     out.names.push_back(name);
-    out.positions_mm.push_back(std::move(mesh->vertices_mm));
+    out.positions_mm.push_back(std::move(mesh.vertices_mm));
   }
   return out;
 }
@@ -74,26 +73,21 @@ absl::StatusOr<RigPlanResult> PlanRigFromFiles(const RigPlanRequest& request,
                                                const std::function<void(size_t, size_t)>& on_camera) {
   RigPlanResult out;
   out.options = request.options;
-  absl::StatusOr<Rig> candidates = ReadRig(request.rig);
-  if (!candidates.ok()) return candidates.status();
-  out.candidates = *std::move(candidates);
-  absl::StatusOr<Template> garment = ReadTemplate(request.garment);
-  if (!garment.ok()) return garment.status();
-  out.garment = *std::move(garment);
-  absl::StatusOr<NamedMoments> moments = ReadMoments(request, out.garment);
-  if (!moments.ok()) return moments.status();
-  out.moments = moments->names;
-  absl::StatusOr<std::vector<PlanStep>> steps =
-      PlanRig(out.garment, moments->positions_mm, out.candidates, request.options, on_camera);
-  if (!steps.ok()) return steps.status();
-  out.steps = *std::move(steps);
+  WEFT_ASSIGN_OR_RETURN(Rig candidates, ReadRig(request.rig));
+  out.candidates = std::move(candidates);
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(request.garment));
+  out.garment = std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(NamedMoments moments, ReadMoments(request, out.garment));
+  out.moments = moments.names;
+  WEFT_ASSIGN_OR_RETURN(std::vector<PlanStep> steps, PlanRig(out.garment, moments.positions_mm,
+                                                             out.candidates, request.options, on_camera));
+  out.steps = std::move(steps);
   out.rig.id = out.candidates.id;
   const size_t chosen = ChosenCount(request, out.steps);
   for (size_t i = 0; i < chosen; ++i) out.rig.cameras.push_back(out.candidates.cameras[out.steps[i].camera]);
-  absl::StatusOr<RigForecast> forecast =
-      ForecastRig(out.garment, moments->positions_mm, out.rig, request.options);
-  if (!forecast.ok()) return forecast.status();
-  out.forecast = *std::move(forecast);
+  WEFT_ASSIGN_OR_RETURN(RigForecast forecast,
+                        ForecastRig(out.garment, moments.positions_mm, out.rig, request.options));
+  out.forecast = std::move(forecast);
   return out;
 }
 
@@ -134,13 +128,12 @@ absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) {
 }
 
 absl::Status WriteRigPlan(const std::string& folder, const RigPlanResult& plan) {
-  const absl::StatusOr<std::string> json = RigPlanJson(plan);
-  if (!json.ok()) return json.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string json, RigPlanJson(plan));
   absl::Status status = CreateFolders(folder);
   if (status.ok())
     status = WriteRig((fs::path(folder) / "rig.json").string(), plan.rig,
                       absl::StrCat("chosen by weft rig plan from rig ", plan.candidates.ContentHash()));
-  if (status.ok()) status = WriteFileAtomically((fs::path(folder) / "plan.json").string(), *json);
+  if (status.ok()) status = WriteFileAtomically((fs::path(folder) / "plan.json").string(), json);
   if (status.ok())
     status = WriteFileAtomically((fs::path(folder) / "report.html").string(), MakeRigPlanReport(plan));
   return status;

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/unique_fd.h"
@@ -93,8 +94,7 @@ absl::Status ExportFolder::CheckRoom(uint64_t needed_bytes, uint64_t present_byt
 }
 
 absl::Status ExportFolder::Begin(const v1::Export& wanted) const {
-  if (absl::Status status = CreateFolders((fs::path(path_) / kUnfinishedFolder).string()); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders((fs::path(path_) / kUnfinishedFolder).string()));
   return WriteJsonFile(UnfinishedOf(kExportFile), wanted);
 }
 
@@ -137,7 +137,7 @@ absl::Status ExportFolder::Publish(const std::string& name) const {
 }
 
 absl::Status ExportFolder::Finish(const v1::Export& manifest) const {
-  if (absl::Status status = WriteJsonFile(Of(kExportFile), manifest); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(Of(kExportFile), manifest));
   std::error_code error;
   fs::remove_all(fs::path(path_) / kUnfinishedFolder, error);
   return error ? WriteError(path_, error.value()) : absl::OkStatus();

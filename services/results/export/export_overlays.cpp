@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/rig_file.h"
@@ -44,9 +45,9 @@ v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& so
 
 absl::Status WritePicture(const Frame& drawn, PictureFormat format, const std::string& path) {
   const ImagePixels pixels{drawn.width_px, drawn.height_px, 3, 8, *drawn.pixels};
-  const auto bytes = format == PictureFormat::kPng ? EncodePng(pixels) : EncodeJpeg(pixels, kJpegQuality);
-  if (!bytes.ok()) return bytes.status();
-  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  WEFT_ASSIGN_OR_RETURN(const auto bytes,
+                        format == PictureFormat::kPng ? EncodePng(pixels) : EncodeJpeg(pixels, kJpegQuality));
+  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 // The cameras of undistorted pictures.
@@ -59,7 +60,7 @@ absl::Status WritePinholes(const OverlayPlan& plan, const ExportFolder& folder) 
 
 // Where the pictures of a camera stand, free of what a killed export left.
 absl::Status PrepareFolder(const std::string& folder) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
@@ -85,14 +86,13 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
       continue;
     }
     if (mesh.faces.empty() && request.kind != OverlayKind::kNone) {
-      absl::StatusOr<OverlayMesh> read = ReadOverlayMesh(request.kind, plan, source, mesh_number);
-      if (!read.ok()) return read.status();
-      mesh = *std::move(read);
+      WEFT_ASSIGN_OR_RETURN(OverlayMesh read, ReadOverlayMesh(request.kind, plan, source, mesh_number));
+      mesh = std::move(read);
     }
     absl::StatusOr<Frame> drawn = DrawOverlay(*picture, mesh, camera, request.kind);
     if (drawn.ok() && request.undistort) drawn = UndistortPicture(*drawn, camera);
     if (!drawn.ok()) return drawn.status();
-    if (absl::Status status = WritePicture(*drawn, request.format, path); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WritePicture(*drawn, request.format, path));
   }
   return absl::OkStatus();
 }
@@ -130,33 +130,30 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   ExportRequest world = InTheWorld(request.result, request.out, request.frames);
   world.fps = request.fps;
   world.allow_unfinished = request.allow_unfinished;
-  absl::StatusOr<ExportSource> source = ExportSource::Open(world);
-  if (!source.ok()) return source.status();
-  if (IsVideo(request.format) && source->fps() == 0) {
+  WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(world));
+  if (IsVideo(request.format) && source.fps() == 0) {
     return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
-                                                   source->job().spec().dump(),
+                                                   source.job().spec().dump(),
                                                    ", which a video needs; give the frames per second"));
   }
-  if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
-  const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, *source);
-  if (!plan.ok()) return plan.status();
-  ExportOutcome outcome{OverlayManifest(request, *source, *plan)};
+  WEFT_RETURN_IF_ERROR(source.Survey(progress, stop));
+  WEFT_ASSIGN_OR_RETURN(const OverlayPlan plan, PlanOverlays(request.recording, source));
+  ExportOutcome outcome{OverlayManifest(request, source, plan)};
   const ExportFolder folder(request.out);
-  const size_t frames = source->meshes().size();
-  const absl::StatusOr<ExportFolder::Holds> holds =
-      folder.BeginOrGoOn(outcome.manifest, MaxOverlayBytes(request, *plan, frames));
-  if (!holds.ok()) return holds.status();
-  outcome.was_complete = *holds == ExportFolder::Holds::kAll;
+  const size_t frames = source.meshes().size();
+  WEFT_ASSIGN_OR_RETURN(const ExportFolder::Holds holds,
+                        folder.BeginOrGoOn(outcome.manifest, MaxOverlayBytes(request, plan, frames)));
+  outcome.was_complete = holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  absl::Status status = request.undistort ? WritePinholes(*plan, folder) : absl::OkStatus();
+  absl::Status status = request.undistort ? WritePinholes(plan, folder) : absl::OkStatus();
   const bool is_video = IsVideo(request.format);
   if (status.ok() && is_video)
-    status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, outcome.warnings);
-  for (const size_t camera : plan->cameras)
-    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(plan->rig.cameras[camera].id));
+    status = WriteOverlayVideos(request, plan, source, folder, progress, stop, outcome.warnings);
+  for (const size_t camera : plan.cameras)
+    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(plan.rig.cameras[camera].id));
   for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
     if (stop.stop_requested()) return StoppedAfter(i, frames);
-    status = WriteFrameOverlays(request, *plan, *source, i, folder, outcome.warnings);
+    status = WriteFrameOverlays(request, plan, source, i, folder, outcome.warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
   if (status.ok()) status = folder.Finish(outcome.manifest);

@@ -1,6 +1,7 @@
 #include "services/results/export/export_request.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/results/export/export_transform.h"
 #include "services/results/export/texture_atlas.h"
 
@@ -44,7 +45,7 @@ absl::Status ExportRequest::Validate() const {
         absl::StrCat("--normal-map: stands in glb, or in files of its own with --format png; ", traits.name,
                      " holds none"));
   }
-  if (absl::Status status = CheckNormalMap(normal_map_px, max_vertices); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckNormalMap(normal_map_px, max_vertices));
   if (texture_px < 0 || texture_px > kMaxAtlasPx)
     return absl::InvalidArgumentError(absl::StrCat("--texture: must lie between 1 and ", kMaxAtlasPx, " px"));
   if (texture_frames < 1) return absl::InvalidArgumentError("--texture-frames: must be at least 1");

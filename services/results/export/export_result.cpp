@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/results/export/export_folder.h"
 #include "services/results/export/garment_texture.h"
@@ -140,22 +141,19 @@ absl::StatusOr<GlbPictures> PicturesOf(const ExportRequest& request, const Expor
   GlbPictures pictures;
   if (request.texture_px > 0) {
     const std::string path = folder.UnfinishedOf(kAlbedo);
-    absl::StatusOr<std::string> albedo =
-        fs::exists(path) ? ReadWholeFile(path)
-                         : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings);
-    if (!albedo.ok()) return albedo.status();
-    pictures.albedo_png = *std::move(albedo);
+    WEFT_ASSIGN_OR_RETURN(std::string albedo,
+                          fs::exists(path)
+                              ? ReadWholeFile(path)
+                              : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings));
+    pictures.albedo_png = std::move(albedo);
   }
   if (request.normal_map_px > 0) {
-    const absl::StatusOr<NormalMap> map = MakeNormalMap(request.normal_map_px, source);
-    if (!map.ok()) return map.status();
+    WEFT_ASSIGN_OR_RETURN(const NormalMap map, MakeNormalMap(request.normal_map_px, source));
     ExportSource whole = source.InWorldMm();
-    absl::StatusOr<std::string> normal = NormalMapOfFrame(*map, request.normal_map_px, whole, 0);
-    if (!normal.ok()) return normal.status();
-    pictures.normal_png = *std::move(normal);
-    absl::StatusOr<std::vector<Eigen::Vector4f>> tangents = TangentsOfFrame(*map, whole, 0);
-    if (!tangents.ok()) return tangents.status();
-    pictures.tangents = *std::move(tangents);
+    WEFT_ASSIGN_OR_RETURN(std::string normal, NormalMapOfFrame(map, request.normal_map_px, whole, 0));
+    pictures.normal_png = std::move(normal);
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector4f> tangents, TangentsOfFrame(map, whole, 0));
+    pictures.tangents = std::move(tangents);
     const Eigen::Matrix3f rotation = source.transform().rotation.cast<float>();
     for (Eigen::Vector4f& tangent : pictures.tangents)
       tangent.head<3>() = (rotation * tangent.head<3>()).eval();
@@ -195,14 +193,13 @@ class Exporter {
       const std::string& name =
           manifest.frames(static_cast<int>(plan_.source.meshes()[plan_.samples[i].mesh])).file();
       if (!fs::exists(folder_.Of(name))) {
-        const absl::StatusOr<ExportMesh> mesh =
+        WEFT_ASSIGN_OR_RETURN(
+            const ExportMesh mesh,
             plan_.source.Read(plan_.samples[i].mesh, plan_.Has(ExportAttribute::kVelocity)
                                                          ? ExportSource::Velocities::kComputed
-                                                         : ExportSource::Velocities::kLeftOut);
-        if (!mesh.ok()) return mesh.status();
-        const absl::StatusOr<std::string> file = writer.FileOf(*mesh);
-        if (!file.ok()) return file.status();
-        if (absl::Status status = WriteFileAtomically(folder_.Of(name), *file); !status.ok()) return status;
+                                                         : ExportSource::Velocities::kLeftOut));
+        WEFT_ASSIGN_OR_RETURN(const std::string file, writer.FileOf(mesh));
+        WEFT_RETURN_IF_ERROR(WriteFileAtomically(folder_.Of(name), file));
       }
       if (progress_) progress_(ExportStep::kWrite, i + 1, plan_.samples.size());
     }
@@ -214,17 +211,16 @@ class Exporter {
     // It has its name already where the export was interrupted after that.
     if (fs::exists(folder_.Of(name))) return absl::OkStatus();
     const std::optional<v1::ExportCheckpoint> checkpoint = folder_.Checkpoint();
-    absl::StatusOr<ExportStream> out =
-        ExportStream::Open(folder_.UnfinishedOf(name), checkpoint ? checkpoint->bytes() : 0);
-    if (!out.ok()) return out.status();
+    WEFT_ASSIGN_OR_RETURN(ExportStream out, ExportStream::Open(folder_.UnfinishedOf(name),
+                                                               checkpoint ? checkpoint->bytes() : 0));
     absl::Status status = checkpoint
                               ? writer.Restore({checkpoint->state().begin(), checkpoint->state().end()})
-                              : writer.Begin(*out);
+                              : writer.Begin(out);
     if (!status.ok()) return status;
     if (checkpoint) at_ = *checkpoint;
-    status = AddSamples(writer, *out);
-    if (status.ok()) status = writer.Finish(*out);
-    if (status.ok()) status = out->Sync();
+    status = AddSamples(writer, out);
+    if (status.ok()) status = writer.Finish(out);
+    if (status.ok()) status = out.Sync();
     if (status.ok()) status = folder_.Publish(name);
     return status;
   }
@@ -232,12 +228,10 @@ class Exporter {
   // The mesh that a point cache moves.
   absl::Status WriteBaseMesh() {
     if (fs::exists(folder_.Of(kBaseMesh))) return absl::OkStatus();
-    const absl::StatusOr<ExportMesh> mesh =
-        plan_.source.Read(plan_.samples.front().mesh, ExportSource::Velocities::kLeftOut);
-    if (!mesh.ok()) return mesh.status();
-    const absl::StatusOr<std::string> file = MakeObjWriter(plan_)->FileOf(*mesh);
-    if (!file.ok()) return file.status();
-    return WriteFileAtomically(folder_.Of(kBaseMesh), *file);
+    WEFT_ASSIGN_OR_RETURN(const ExportMesh mesh,
+                          plan_.source.Read(plan_.samples.front().mesh, ExportSource::Velocities::kLeftOut));
+    WEFT_ASSIGN_OR_RETURN(const std::string file, MakeObjWriter(plan_)->FileOf(mesh));
+    return WriteFileAtomically(folder_.Of(kBaseMesh), file);
   }
 
  private:
@@ -266,7 +260,7 @@ class Exporter {
   }
 
   absl::Status Save(size_t done, size_t samples, const SequenceWriter& writer, ExportStream& out) {
-    if (absl::Status status = out.Sync(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(out.Sync());
     at_.set_pass(static_cast<int>(done / samples));
     at_.set_samples(static_cast<int>(done % samples));
     at_.set_bytes(out.size());
@@ -290,19 +284,18 @@ bool ExportPlan::Has(ExportAttribute attribute) const {
 
 absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const ExportProgress& progress,
                                            const std::stop_token& stop) {
-  absl::StatusOr<ExportSource> source = ExportSource::Open(request);
-  if (!source.ok()) return source.status();
-  if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(request));
+  WEFT_RETURN_IF_ERROR(source.Survey(progress, stop));
   const FormatTraits& traits = TraitsOf(request.format);
-  ExportPlan plan{*source,
+  ExportPlan plan{source,
                   traits,
-                  AttributesOf(request, *source),
-                  SamplesOf(*source, traits),
+                  AttributesOf(request, source),
+                  SamplesOf(source, traits),
                   request.meshopt,
                   request.texture_px,
                   request.normal_map_px};
-  if (absl::Status status = CheckPictures(request, plan); !status.ok()) return status;
-  ExportOutcome outcome{ManifestOf(request, *source, plan)};
+  WEFT_RETURN_IF_ERROR(CheckPictures(request, plan));
+  ExportOutcome outcome{ManifestOf(request, source, plan)};
   std::unique_ptr<FrameWriter> frames;
   std::unique_ptr<SequenceWriter> sequence;
   uint64_t needed_bytes = 0;
@@ -312,18 +305,17 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   } else {
     sequence = MakeSequenceWriter(plan);
     needed_bytes = sequence->MaxFileBytes();
-    if (const size_t vertices = sequence->VerticesInFile(plan); vertices != source->topology().vertices)
+    if (const size_t vertices = sequence->VerticesInFile(plan); vertices != source.topology().vertices)
       outcome.manifest.set_vertices_in_file(static_cast<int>(vertices));
     if (IsPointCache(traits)) needed_bytes += MakeObjWriter(plan)->MaxFileBytes();
   }
   const ExportFolder folder(request.out);
-  const absl::StatusOr<ExportFolder::Holds> holds = folder.Compare(outcome.manifest);
-  if (!holds.ok()) return holds.status();
-  outcome.was_complete = *holds == ExportFolder::Holds::kAll;
+  WEFT_ASSIGN_OR_RETURN(const ExportFolder::Holds holds, folder.Compare(outcome.manifest));
+  outcome.was_complete = holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
   folder.RemoveLeftovers(outcome.manifest);
   uint64_t present_bytes = 0;
-  if (*holds == ExportFolder::Holds::kPart) {
+  if (holds == ExportFolder::Holds::kPart) {
     present_bytes +=
         SizeOfFile(folder.UnfinishedOf(SequenceFile(traits))) + SizeOfFile(folder.Of(SequenceFile(traits)));
     for (const v1::ExportedFrame& frame : outcome.manifest.frames())
@@ -331,12 +323,11 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   }
   absl::Status status = folder.CheckRoom(needed_bytes, present_bytes);
   if (status.ok() && (plan.texture_px > 0 || plan.normal_map_px > 0)) {
-    absl::StatusOr<GlbPictures> pictures =
-        PicturesOf(request, *source, folder, progress, stop, outcome.warnings);
-    if (!pictures.ok()) return pictures.status();
-    plan.pictures = *std::move(pictures);
+    WEFT_ASSIGN_OR_RETURN(GlbPictures pictures,
+                          PicturesOf(request, source, folder, progress, stop, outcome.warnings));
+    plan.pictures = std::move(pictures);
   }
-  if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
+  if (status.ok() && holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
   if (status.ok() && plan.texture_px > 0)
     status = WriteFileAtomically(folder.UnfinishedOf(kAlbedo), plan.pictures.albedo_png);
   Exporter exporter(plan, folder, progress, stop);

@@ -10,6 +10,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/take/frame_range.h"
 #include "services/formats/files/frame_paths.h"
@@ -78,15 +79,15 @@ std::optional<std::vector<int64_t>> NumbersOfSets(const std::vector<v1::Exported
 }  // namespace
 
 absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.Validate());
   ExportSource source;
   source.result_ = request.result;
   source.max_vertices_ = request.max_vertices;
   const FormatTraits& traits = TraitsOf(request.format);
-  absl::StatusOr<ExportTransform> transform = ExportTransform::Make(
-      request.up.value_or(traits.up), request.world_up, request.unit.value_or(LengthUnit::kMetre));
-  if (!transform.ok()) return transform.status();
-  source.transform_ = *transform;
+  WEFT_ASSIGN_OR_RETURN(ExportTransform transform,
+                        ExportTransform::Make(request.up.value_or(traits.up), request.world_up,
+                                              request.unit.value_or(LengthUnit::kMetre)));
+  source.transform_ = transform;
   const std::string job_file = (fs::path(request.result) / kJobFile).string();
   if (absl::Status status = ReadJsonFile(job_file, source.job_); absl::IsNotFound(status)) {
     return absl::NotFoundError(
@@ -101,7 +102,7 @@ absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
                      "; let `weft register` finish it, or export what is there with --allow-unfinished"));
   }
   if (!why.empty()) source.notes_.push_back(absl::StrCat("The job ", why, "."));
-  if (absl::Status status = source.ListFrames(request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(source.ListFrames(request));
   source.FindRate(request);
   if (source.fps_ == 0 && traits.needs_rate) {
     return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
@@ -112,17 +113,16 @@ absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
 }
 
 absl::Status ExportSource::ListFrames(const ExportRequest& request) {
-  const absl::StatusOr<std::vector<v1::FrameReport>> reports = ReadJobFrames(result_, job_, notes_);
-  if (!reports.ok()) return reports.status();
-  if (reports->empty()) {
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameReport> reports, ReadJobFrames(result_, job_, notes_));
+  if (reports.empty()) {
     return absl::FailedPreconditionError(
         absl::StrCat(result_, ": holds no frames of its job; register the take first"));
   }
-  for (const v1::FrameReport& report : *reports) {
+  for (const v1::FrameReport& report : reports) {
     first_of_job_ = Describe(report);
     if (first_of_job_.missing_because().empty()) break;
   }
-  if (absl::Status status = ListRange(request, *reports); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ListRange(request, reports));
   const auto has_mesh = [](const v1::ExportedFrame& frame) { return frame.missing_because().empty(); };
   // Gaps at the ends are no part of the sequence.
   frames_.erase(frames_.begin(), std::find_if(frames_.begin(), frames_.end(), has_mesh));
@@ -148,9 +148,8 @@ absl::Status ExportSource::ListRange(const ExportRequest& request,
                                      const std::vector<v1::FrameReport>& reports) {
   std::vector<std::string> names;
   for (const v1::FrameReport& report : reports) names.push_back(report.frame());
-  const absl::StatusOr<FrameRange> range = FindFrameRange(request.frames, names, result_);
-  if (!range.ok()) return range.status();
-  for (size_t i = range->first; i < range->end; ++i) {
+  WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(request.frames, names, result_));
+  for (size_t i = range.first; i < range.end; ++i) {
     frames_.push_back(Describe(reports[i]));
     if (const v1::ExportedFrame& frame = frames_.back(); !frame.missing_because().empty())
       notes_.push_back(absl::StrCat("Frame ", frame.frame(), " has no mesh: ", frame.missing_because(), "."));
@@ -180,23 +179,22 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
     if (stop.stop_requested()) return absl::CancelledError("stopped while the meshes were looked through");
     const v1::ExportedFrame& frame = frames_[meshes_[i]];
     const std::string path = FramePaths(result_, frame.frame()).Of(FrameFile::kMesh);
-    absl::StatusOr<CheckedMesh> mesh = ReadCheckedMesh(path, frame.mesh_checksum());
-    if (!mesh.ok()) return mesh.status();
+    WEFT_ASSIGN_OR_RETURN(CheckedMesh mesh, ReadCheckedMesh(path, frame.mesh_checksum()));
     if (i == 0) {
-      topology_.vertices = mesh->registered.vertices_mm.size();
-      topology_.faces = std::move(mesh->faces);
-      topology_.texture = std::move(mesh->texture);
+      topology_.vertices = mesh.registered.vertices_mm.size();
+      topology_.faces = std::move(mesh.faces);
+      topology_.texture = std::move(mesh.texture);
       states.resize(topology_.vertices);
       sigma_sum_mm.resize(topology_.vertices);
-    } else if (mesh->registered.vertices_mm.size() != topology_.vertices || mesh->faces != topology_.faces) {
+    } else if (mesh.registered.vertices_mm.size() != topology_.vertices || mesh.faces != topology_.faces) {
       return absl::InvalidArgumentError(absl::StrCat(
           path, ": has other vertices or faces than the mesh of frame ", frames_[meshes_.front()].frame(),
           "; frames of one template are exported together, choose them with --frames"));
     }
     for (size_t v = 0; v < topology_.vertices; ++v) {
-      ++states[v][static_cast<size_t>(mesh->registered.state[v])];
-      sigma_sum_mm[v] += mesh->registered.sigma_mm[v];
-      topology_.bounds.extend(transform_.Position(mesh->registered.vertices_mm[v]));
+      ++states[v][static_cast<size_t>(mesh.registered.state[v])];
+      sigma_sum_mm[v] += mesh.registered.sigma_mm[v];
+      topology_.bounds.extend(transform_.Position(mesh.registered.vertices_mm[v]));
     }
     if (progress) progress(ExportStep::kCheck, i + 1, meshes_.size());
   }
@@ -216,26 +214,24 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
 
 absl::Status ExportSource::Reduce() {
   const std::string path = FramePaths(result_, first_of_job_.frame()).Of(FrameFile::kMesh);
-  absl::StatusOr<RegisteredMesh> shape = ReadCheckedVertices(path, first_of_job_.mesh_checksum());
-  if (!shape.ok()) return shape.status();
-  if (shape->vertices_mm.size() != vertices_in_files_) {
+  WEFT_ASSIGN_OR_RETURN(RegisteredMesh shape, ReadCheckedVertices(path, first_of_job_.mesh_checksum()));
+  if (shape.vertices_mm.size() != vertices_in_files_) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": has other vertices than the frames to export, which --max-vertices reduces by its shape"));
   }
-  auto reduced = ReduceMesh({std::move(shape->vertices_mm), topology_.faces}, topology_.texture,
-                            static_cast<size_t>(max_vertices_));
-  if (!reduced.ok()) return reduced.status();
+  WEFT_ASSIGN_OR_RETURN(auto reduced, ReduceMesh({std::move(shape.vertices_mm), topology_.faces},
+                                                 topology_.texture, static_cast<size_t>(max_vertices_)));
   whole_ = std::make_shared<const ExportTopology>(topology_);
-  topology_ = {.vertices = reduced->vertices.size(),
-               .faces = reduced->faces,
-               .texture = reduced->texture,
+  topology_ = {.vertices = reduced.vertices.size(),
+               .faces = reduced.faces,
+               .texture = reduced.texture,
                .bounds = whole_->bounds};
-  for (const int vertex : reduced->vertices) {
+  for (const int vertex : reduced.vertices) {
     topology_.coverage.push_back(whole_->coverage[vertex]);
     topology_.usual_state.push_back(whole_->usual_state[vertex]);
     topology_.mean_sigma_mm.push_back(whole_->mean_sigma_mm[vertex]);
   }
-  reduced_ = *std::move(reduced);
+  reduced_ = std::move(reduced);
   return absl::OkStatus();
 }
 
@@ -254,21 +250,19 @@ absl::StatusOr<std::shared_ptr<const RegisteredMesh>> ExportSource::Load(size_t 
   if (const auto found = loaded_.find(mesh); found != loaded_.end()) return found->second;
   const v1::ExportedFrame& frame = frames_[meshes_[mesh]];
   const std::string path = FramePaths(result_, frame.frame()).Of(FrameFile::kMesh);
-  absl::StatusOr<RegisteredMesh> read = ReadCheckedVertices(path, frame.mesh_checksum());
-  if (!read.ok()) return read.status();
-  if (read->vertices_mm.size() != vertices_in_files_) {
+  WEFT_ASSIGN_OR_RETURN(RegisteredMesh read, ReadCheckedVertices(path, frame.mesh_checksum()));
+  if (read.vertices_mm.size() != vertices_in_files_) {
     return absl::DataLossError(
         absl::StrCat(path, ": was changed while it was exported; export again when its job has ended"));
   }
   std::erase_if(loaded_,
                 [mesh](const auto& other) { return other.first + 1 < mesh || other.first > mesh + 1; });
-  return loaded_[mesh] = std::make_shared<const RegisteredMesh>(*std::move(read));
+  return loaded_[mesh] = std::make_shared<const RegisteredMesh>(std::move(read));
 }
 
 absl::StatusOr<ExportMesh> ExportSource::Read(size_t mesh, Velocities velocities) {
-  const auto read = Load(mesh);
-  if (!read.ok()) return read.status();
-  const RegisteredMesh& own = **read;
+  WEFT_ASSIGN_OR_RETURN(const auto read, Load(mesh));
+  const RegisteredMesh& own = *read;
   ExportMesh out;
   const auto in_file = [this](size_t v) { return reduced_ ? static_cast<size_t>(reduced_->vertices[v]) : v; };
   for (size_t i = 0; i < topology_.vertices; ++i) {
@@ -280,16 +274,13 @@ absl::StatusOr<ExportMesh> ExportSource::Read(size_t mesh, Velocities velocities
   }
   if (velocities == Velocities::kLeftOut) return out;
   const size_t before = mesh > 0 ? mesh - 1 : mesh, after = std::min(mesh + 1, meshes_.size() - 1);
-  const auto earlier = Load(before);
-  if (!earlier.ok()) return earlier.status();
-  const auto later = Load(after);
-  if (!later.ok()) return later.status();
+  WEFT_ASSIGN_OR_RETURN(const auto earlier, Load(before));
+  WEFT_ASSIGN_OR_RETURN(const auto later, Load(after));
   const double steps = frames_[meshes_[after]].index() - frames_[meshes_[before]].index();
   const double rate = steps > 0 ? fps_ / steps : 0;
   for (size_t i = 0; i < topology_.vertices; ++i) {
     const size_t v = in_file(i);
-    out.velocities.push_back(
-        transform_.Position(rate * ((*later)->vertices_mm[v] - (*earlier)->vertices_mm[v])));
+    out.velocities.push_back(transform_.Position(rate * (later->vertices_mm[v] - earlier->vertices_mm[v])));
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/results/export/export_folder.h"
@@ -53,47 +54,39 @@ struct TextureTools {
 absl::StatusOr<TextureTools> MakeTools(const TextureRequest& request, const ExportSource& source) {
   TextureTools tools{source.InWorldMm(), std::nullopt, std::nullopt, std::nullopt};
   if (request.texture_px > 0) {
-    absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, tools.whole);
-    if (!plan.ok()) return plan.status();
-    tools.plan = *std::move(plan);
+    WEFT_ASSIGN_OR_RETURN(OverlayPlan plan, PlanOverlays(request.recording, tools.whole));
+    tools.plan = std::move(plan);
     const ExportTopology& topology = tools.whole.topology();
-    absl::StatusOr<TextureAtlas> atlas =
-        TextureAtlas::Make(request.texture_px, topology.faces, topology.texture);
-    if (!atlas.ok()) return atlas.status();
-    tools.atlas = *std::move(atlas);
+    WEFT_ASSIGN_OR_RETURN(TextureAtlas atlas,
+                          TextureAtlas::Make(request.texture_px, topology.faces, topology.texture));
+    tools.atlas = std::move(atlas);
   }
   if (request.normal_map_px > 0) {
-    absl::StatusOr<NormalMap> map = MakeNormalMap(request.normal_map_px, source);
-    if (!map.ok()) return map.status();
-    tools.normal_map = *std::move(map);
+    WEFT_ASSIGN_OR_RETURN(NormalMap map, MakeNormalMap(request.normal_map_px, source));
+    tools.normal_map = std::move(map);
   }
   return tools;
 }
 
 absl::StatusOr<std::string> TextureOfFrame(TextureTools& tools, size_t mesh_number,
                                            std::vector<std::string>& warnings) {
-  if (absl::Status status = AddFrameToAtlas(*tools.plan, tools.whole, mesh_number, *tools.atlas, warnings);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(AddFrameToAtlas(*tools.plan, tools.whole, mesh_number, *tools.atlas, warnings));
   const AtlasPicture picture = tools.atlas->Take();
-  const auto bytes = EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba});
-  if (!bytes.ok()) return bytes.status();
-  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  WEFT_ASSIGN_OR_RETURN(const auto bytes, EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba}));
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 // Files that are there are kept: they got their names when they were complete.
 absl::Status WriteFrame(const TextureRequest& request, const v1::ExportedFrame& frame, size_t mesh_number,
                         const ExportFolder& folder, TextureTools& tools, std::vector<std::string>& warnings) {
   if (!frame.file().empty() && !fs::exists(folder.Of(frame.file()))) {
-    const absl::StatusOr<std::string> png = TextureOfFrame(tools, mesh_number, warnings);
-    if (!png.ok()) return png.status();
-    if (absl::Status status = WriteFileAtomically(folder.Of(frame.file()), *png); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(const std::string png, TextureOfFrame(tools, mesh_number, warnings));
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(folder.Of(frame.file()), png));
   }
   if (frame.normal_map().empty() || fs::exists(folder.Of(frame.normal_map()))) return absl::OkStatus();
-  const absl::StatusOr<std::string> png =
-      NormalMapOfFrame(*tools.normal_map, request.normal_map_px, tools.whole, mesh_number);
-  if (!png.ok()) return png.status();
-  return WriteFileAtomically(folder.Of(frame.normal_map()), *png);
+  WEFT_ASSIGN_OR_RETURN(const std::string png,
+                        NormalMapOfFrame(*tools.normal_map, request.normal_map_px, tools.whole, mesh_number));
+  return WriteFileAtomically(folder.Of(frame.normal_map()), png);
 }
 
 uint64_t MaxBytes(const TextureRequest& request, size_t frames) {
@@ -118,29 +111,26 @@ absl::Status TextureRequest::Validate() const {
 
 absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.Validate());
   ExportRequest world = InTheWorld(request.result, request.out, request.frames);
   world.allow_unfinished = request.allow_unfinished;
   world.fps = request.fps;
   world.max_vertices = request.max_vertices;
-  absl::StatusOr<ExportSource> source = ExportSource::Open(world);
-  if (!source.ok()) return source.status();
-  if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
-  absl::StatusOr<TextureTools> tools = MakeTools(request, *source);
-  if (!tools.ok()) return tools.status();
-  ExportOutcome outcome{TextureManifest(request, *source)};
+  WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(world));
+  WEFT_RETURN_IF_ERROR(source.Survey(progress, stop));
+  WEFT_ASSIGN_OR_RETURN(TextureTools tools, MakeTools(request, source));
+  ExportOutcome outcome{TextureManifest(request, source)};
   const ExportFolder folder(request.out);
-  const size_t frames = source->meshes().size();
-  const absl::StatusOr<ExportFolder::Holds> holds =
-      folder.BeginOrGoOn(outcome.manifest, MaxBytes(request, frames));
-  if (!holds.ok()) return holds.status();
-  outcome.was_complete = *holds == ExportFolder::Holds::kAll;
+  const size_t frames = source.meshes().size();
+  WEFT_ASSIGN_OR_RETURN(const ExportFolder::Holds holds,
+                        folder.BeginOrGoOn(outcome.manifest, MaxBytes(request, frames)));
+  outcome.was_complete = holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
   absl::Status status;
   for (size_t i = 0; status.ok() && i < frames; ++i) {
     if (stop.stop_requested()) return StoppedAfter(i, frames);
-    status = WriteFrame(request, outcome.manifest.frames(static_cast<int>(source->meshes()[i])), i, folder,
-                        *tools, outcome.warnings);
+    status = WriteFrame(request, outcome.manifest.frames(static_cast<int>(source.meshes()[i])), i, folder,
+                        tools, outcome.warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
   if (status.ok()) status = folder.Finish(outcome.manifest);

@@ -5,23 +5,22 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 
 namespace weft {
 namespace {
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadVertices(ExportSource& source, size_t mesh_number) {
-  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
-  if (!read.ok()) return read.status();
+  WEFT_ASSIGN_OR_RETURN(const ExportMesh read, source.Read(mesh_number, ExportSource::Velocities::kLeftOut));
   std::vector<Eigen::Vector3d> vertices;
-  for (const Eigen::Vector3f& position : read->positions) vertices.push_back(position.cast<double>());
+  for (const Eigen::Vector3f& position : read.positions) vertices.push_back(position.cast<double>());
   return vertices;
 }
 
 absl::StatusOr<std::string> OpaquePng(int size_px, const std::vector<uint8_t>& rgb) {
-  const auto bytes = EncodePng({size_px, size_px, 3, 8, rgb}, PngEffort::kSmall);
-  if (!bytes.ok()) return bytes.status();
-  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  WEFT_ASSIGN_OR_RETURN(const auto bytes, EncodePng({size_px, size_px, 3, 8, rgb}, PngEffort::kSmall));
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 }  // namespace
@@ -36,16 +35,15 @@ uint64_t MaxPngBytes(int size_px) {
 
 absl::Status AddFrameToAtlas(const OverlayPlan& plan, ExportSource& source, size_t mesh_number,
                              TextureAtlas& atlas, std::vector<std::string>& warnings) {
-  absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(source, mesh_number);
-  if (!vertices_mm.ok()) return vertices_mm.status();
-  const auto mesh = VisibleMesh::Build(*std::move(vertices_mm), source.topology().faces, 1);
-  if (!mesh.ok()) return mesh.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> vertices_mm, ReadVertices(source, mesh_number));
+  WEFT_ASSIGN_OR_RETURN(const auto mesh,
+                        VisibleMesh::Build(std::move(vertices_mm), source.topology().faces, 1));
   const std::string& name = source.frames()[source.meshes()[mesh_number]].frame();
   for (const size_t c : plan.cameras) {
     const CameraModel& camera = plan.rig.cameras[c];
     const absl::StatusOr<Frame> picture = plan.dump->ReadView(plan.index_of_frame.at(name), c);
     absl::Status status = picture.status();
-    if (status.ok()) status = atlas.Add(*picture, *mesh, camera);
+    if (status.ok()) status = atlas.Add(*picture, mesh, camera);
     if (!status.ok())
       warnings.push_back(absl::StrCat("Frame ", name, ", camera ", camera.id, ": ", status.message()));
   }
@@ -62,19 +60,16 @@ std::vector<size_t> MeshesForTexture(const ExportSource& source, int count) {
 absl::StatusOr<std::string> MakeSequenceTexture(const ExportRequest& request, ExportSource source,
                                                 const ExportProgress& progress, const std::stop_token& stop,
                                                 std::vector<std::string>& warnings) {
-  const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, source);
-  if (!plan.ok()) return plan.status();
-  absl::StatusOr<TextureAtlas> atlas =
-      TextureAtlas::Make(request.texture_px, source.topology().faces, source.topology().texture);
-  if (!atlas.ok()) return atlas.status();
+  WEFT_ASSIGN_OR_RETURN(const OverlayPlan plan, PlanOverlays(request.recording, source));
+  WEFT_ASSIGN_OR_RETURN(TextureAtlas atlas, TextureAtlas::Make(request.texture_px, source.topology().faces,
+                                                               source.topology().texture));
   const std::vector<size_t> meshes = MeshesForTexture(source, request.texture_frames);
   for (size_t i = 0; i < meshes.size(); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("stopped while the texture was made");
-    if (absl::Status status = AddFrameToAtlas(*plan, source, meshes[i], *atlas, warnings); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(AddFrameToAtlas(plan, source, meshes[i], atlas, warnings));
     if (progress) progress(ExportStep::kTexture, i + 1, meshes.size());
   }
-  const AtlasPicture picture = atlas->Take();
+  const AtlasPicture picture = atlas.Take();
   if (picture.covered < 1)
     warnings.push_back(absl::StrFormat(
         "Cameras see %.1f %% of the texture; the rest has colours from around it.", 100 * picture.covered));
@@ -88,16 +83,14 @@ absl::StatusOr<NormalMap> MakeNormalMap(int size_px, const ExportSource& source)
 
 absl::StatusOr<std::string> NormalMapOfFrame(const NormalMap& map, int size_px, ExportSource& whole,
                                              size_t mesh_number) {
-  const absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(whole, mesh_number);
-  if (!vertices_mm.ok()) return vertices_mm.status();
-  return OpaquePng(size_px, map.Bake(*vertices_mm));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<Eigen::Vector3d> vertices_mm, ReadVertices(whole, mesh_number));
+  return OpaquePng(size_px, map.Bake(vertices_mm));
 }
 
 absl::StatusOr<std::vector<Eigen::Vector4f>> TangentsOfFrame(const NormalMap& map, ExportSource& whole,
                                                              size_t mesh_number) {
-  const absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(whole, mesh_number);
-  if (!vertices_mm.ok()) return vertices_mm.status();
-  return map.Tangents(*vertices_mm);
+  WEFT_ASSIGN_OR_RETURN(const std::vector<Eigen::Vector3d> vertices_mm, ReadVertices(whole, mesh_number));
+  return map.Tangents(vertices_mm);
 }
 
 }  // namespace weft

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
+#include "base/status_macros.h"
 #include "services/results/export/garment_texture.h"
 #include "services/results/export/gltf_layout.h"
 #include "services/results/export/sequence_writer.h"
@@ -135,10 +136,9 @@ class GlbWriter : public SequenceWriter {
     bounds_.clear();
     for (size_t i = blocks + 1; i < state.size(); i += kBoundNumbers)
       bounds_.emplace_back(Eigen::Vector3d(&state[i]), Eigen::Vector3d(&state[i + 3]));
-    absl::StatusOr<ExportMesh> first =
-        plan_.source.Read(plan_.samples.front().mesh, ExportSource::Velocities::kLeftOut);
-    if (!first.ok()) return first.status();
-    KeepBase(*first);
+    WEFT_ASSIGN_OR_RETURN(ExportMesh first,
+                          plan_.source.Read(plan_.samples.front().mesh, ExportSource::Velocities::kLeftOut));
+    KeepBase(first);
     return absl::OkStatus();
   }
 

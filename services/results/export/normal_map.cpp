@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -43,17 +44,16 @@ absl::StatusOr<NormalMap> NormalMap::Make(int size_px, std::vector<Face> faces, 
         "--max-vertices: the mesh has ", texture.of_vertex.size(),
         " vertices, so that the coarser one lacks nothing that a normal map could hold; choose fewer"));
   }
-  absl::StatusOr<std::vector<Texel>> whole = RasterizeTexture(size_px, faces, texture, kOption);
-  if (!whole.ok()) return whole.status();
-  absl::StatusOr<std::vector<Texel>> coarse = RasterizeTexture(size_px, base.faces, base.texture, kOption);
-  if (!coarse.ok()) return coarse.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<Texel> whole, RasterizeTexture(size_px, faces, texture, kOption));
+  WEFT_ASSIGN_OR_RETURN(std::vector<Texel> coarse,
+                        RasterizeTexture(size_px, base.faces, base.texture, kOption));
   NormalMap map;
   map.size_px_ = size_px;
   map.faces_ = std::move(faces);
   map.base_split_ = SplitAtSeams(base.vertices.size(), base.faces, base.texture);
   map.base_ = std::move(base);
-  map.whole_texels_ = *std::move(whole);
-  map.base_texels_ = *std::move(coarse);
+  map.whole_texels_ = std::move(whole);
+  map.base_texels_ = std::move(coarse);
   return map;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "evaluation/vertex_views.h"
 
 namespace weft {
@@ -90,9 +91,8 @@ absl::StatusOr<Frame> DrawOverlay(const Frame& picture, const OverlayMesh& mesh,
     return absl::InvalidArgumentError(absl::StrCat("colors: there are ", mesh.colors.size(), " for ",
                                                    mesh.vertices_mm.size(), " vertices"));
   }
-  const absl::StatusOr<VisibleMesh> visible = VisibleMesh::Build(mesh.vertices_mm, mesh.faces, 1);
-  if (!visible.ok()) return visible.status();
-  const auto pixels = SeenPixels(*visible, camera);
+  WEFT_ASSIGN_OR_RETURN(const VisibleMesh visible, VisibleMesh::Build(mesh.vertices_mm, mesh.faces, 1));
+  const auto pixels = SeenPixels(visible, camera);
   auto bytes = std::make_shared<std::vector<uint8_t>>(*rgb->pixels);
   cv::Mat image(rgb->height_px, rgb->width_px, CV_8UC3, bytes->data());
   if (kind == OverlayKind::kWireframe) {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/rig_file.h"
 
@@ -70,9 +71,8 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
                      ": job.json names it as seen from the folder where an earlier Weft ran the job; run "
                      "this there, or give --take and --rig"));
   }
-  absl::StatusOr<Rig> rig = ReadRig(rig_file);
-  if (!rig.ok()) return rig.status();
-  plan.rig = *std::move(rig);
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(rig_file));
+  plan.rig = std::move(rig);
   if (!job.inputs().rig().empty() && plan.rig.ContentHash() != job.inputs().rig()) {
     return absl::FailedPreconditionError(absl::StrCat(rig_file, ": has hash ", plan.rig.ContentHash(),
                                                       ", the result was computed with ", job.inputs().rig(),
@@ -80,9 +80,9 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
   }
   const std::string dump = recording.dump.empty() ? job.spec().dump() : recording.dump;
   const bool is_of_job = dump == job.spec().dump();
-  auto opened = OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : "");
-  if (!opened.ok()) return opened.status();
-  plan.dump = *std::move(opened);
+  WEFT_ASSIGN_OR_RETURN(auto opened,
+                        OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : ""));
+  plan.dump = std::move(opened);
   for (size_t i = 0; i < plan.dump->frame_names().size(); ++i)
     plan.index_of_frame[plan.dump->frame_names()[i]] = i;
   for (const size_t frame : source.meshes()) {
@@ -90,23 +90,20 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
     return absl::NotFoundError(absl::StrCat(dump, ": has no frame ", source.frames()[frame].frame(),
                                             "; give the recording of the job with --take"));
   }
-  auto cameras = FindCameras(recording, plan.rig);
-  if (!cameras.ok()) return cameras.status();
-  plan.cameras = *std::move(cameras);
-  const absl::StatusOr<ExportMesh> first = source.Read(0, ExportSource::Velocities::kLeftOut);
-  if (!first.ok()) return first.status();
-  plan.sigma_range_mm = RoundRange({first->sigma.begin(), first->sigma.end()});
+  WEFT_ASSIGN_OR_RETURN(auto cameras, FindCameras(recording, plan.rig));
+  plan.cameras = std::move(cameras);
+  WEFT_ASSIGN_OR_RETURN(const ExportMesh first, source.Read(0, ExportSource::Velocities::kLeftOut));
+  plan.sigma_range_mm = RoundRange({first.sigma.begin(), first.sigma.end()});
   return plan;
 }
 
 absl::StatusOr<OverlayMesh> ReadOverlayMesh(OverlayKind kind, const OverlayPlan& plan, ExportSource& source,
                                             size_t mesh_number) {
-  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
-  if (!read.ok()) return read.status();
+  WEFT_ASSIGN_OR_RETURN(const ExportMesh read, source.Read(mesh_number, ExportSource::Velocities::kLeftOut));
   OverlayMesh mesh;
-  for (const Eigen::Vector3f& position : read->positions) mesh.vertices_mm.push_back(position.cast<double>());
+  for (const Eigen::Vector3f& position : read.positions) mesh.vertices_mm.push_back(position.cast<double>());
   mesh.faces = source.topology().faces;
-  mesh.colors = OverlayColors(kind, plan, *read);
+  mesh.colors = OverlayColors(kind, plan, read);
   return mesh;
 }
 

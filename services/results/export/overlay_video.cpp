@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/ffmpeg_process.h"
 #include "services/results/export/export_stream.h"
@@ -65,23 +66,22 @@ class CameraVideo {
 
   // `on_frame`: after each; false ends it.
   absl::Status Write(const std::string& file, const std::function<bool()>& on_frame) {
-    absl::StatusOr<FfmpegProcess> ffmpeg =
-        FfmpegProcess::Start(EncoderArguments(camera_, source_.fps(), file));
-    if (!ffmpeg.ok()) return ffmpeg.status();
+    WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg,
+                          FfmpegProcess::Start(EncoderArguments(camera_, source_.fps(), file)));
     const std::vector<v1::ExportedFrame>& frames = source_.frames();
     size_t mesh_number = 0;
     for (size_t i = 0; i < frames.size(); ++i) {
       const bool has_mesh = frames[i].missing_because().empty();
       if (has_mesh && i > 0) ++mesh_number;
-      if (absl::Status status = Draw(frames[i].frame(), has_mesh, mesh_number); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Draw(frames[i].frame(), has_mesh, mesh_number));
       // Frame sets that the job left out have passed nevertheless.
       const int next = i + 1 < frames.size() ? frames[i + 1].index() : frames[i].index() + 1;
       for (int t = frames[i].index(); t < next; ++t)
-        if (absl::Status status = ffmpeg->Write(shown_.data(), shown_.size()); !status.ok())
+        if (absl::Status status = ffmpeg.Write(shown_.data(), shown_.size()); !status.ok())
           return absl::Status(status.code(), absl::StrCat(camera_.id, ": ", status.message()));
       if (!on_frame()) return absl::CancelledError("stopped");
     }
-    return ffmpeg->Finish();
+    return ffmpeg.Finish();
   }
 
  private:
@@ -95,9 +95,9 @@ class CameraVideo {
             ? absl::StatusOr<Frame>(absl::NotFoundError("is not in the recording"))
             : plan_.dump->ReadView(at->second, number_);
     if (picture.ok() && has_mesh) {
-      const absl::StatusOr<OverlayMesh> mesh = ReadOverlayMesh(request_.kind, plan_, source_, mesh_number);
-      if (!mesh.ok()) return mesh.status();
-      picture = DrawOverlay(*picture, *mesh, camera_, request_.kind);
+      WEFT_ASSIGN_OR_RETURN(const OverlayMesh mesh,
+                            ReadOverlayMesh(request_.kind, plan_, source_, mesh_number));
+      picture = DrawOverlay(*picture, mesh, camera_, request_.kind);
       if (!picture.ok()) return picture.status();
     } else if (picture.ok()) {
       picture = ToRgb(*picture);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/status_macros.h"
 #include "services/results/export/split_vertices.h"
 #include "services/results/report/decimated_mesh.h"
 
@@ -13,10 +14,9 @@ absl::StatusOr<ReducedMesh> ReduceMesh(const TriangleMesh& mesh, const MeshTextu
   TriangleMesh cut;
   for (const int vertex : split.origin) cut.vertices_mm.push_back(mesh.vertices_mm[vertex]);
   cut.faces = std::move(split.faces);
-  const absl::StatusOr<DecimatedMesh> fewer = DecimateMesh(cut, max_vertices, split.uv);
-  if (!fewer.ok()) return fewer.status();
+  WEFT_ASSIGN_OR_RETURN(const DecimatedMesh fewer, DecimateMesh(cut, max_vertices, split.uv));
   ReducedMesh reduced;
-  for (const int vertex : fewer->vertices) reduced.vertices.push_back(split.origin[vertex]);
+  for (const int vertex : fewer.vertices) reduced.vertices.push_back(split.origin[vertex]);
   std::sort(reduced.vertices.begin(), reduced.vertices.end());
   reduced.vertices.erase(std::unique(reduced.vertices.begin(), reduced.vertices.end()),
                          reduced.vertices.end());
@@ -24,11 +24,11 @@ absl::StatusOr<ReducedMesh> ReduceMesh(const TriangleMesh& mesh, const MeshTextu
   for (size_t k = 0; k < reduced.vertices.size(); ++k) place[reduced.vertices[k]] = static_cast<int>(k);
   if (!texture.empty())
     for (const int vertex : reduced.vertices) reduced.texture.of_vertex.push_back(texture.of_vertex[vertex]);
-  for (const Face& face : fewer->faces) {
+  for (const Face& face : fewer.faces) {
     Face& added = reduced.faces.emplace_back();
     std::array<Eigen::Vector2f, 3> corners;
     for (size_t k = 0; k < face.size(); ++k) {
-      const int cut_vertex = fewer->vertices[face[k]];
+      const int cut_vertex = fewer.vertices[face[k]];
       added[k] = place[split.origin[cut_vertex]];
       if (!texture.empty()) corners[k] = split.uv[cut_vertex];
     }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/mesh_file.h"
@@ -14,14 +15,13 @@ namespace {
 constexpr size_t kCornersUv = 6;  // u v of three corners
 
 absl::StatusOr<Ply> ReadCheckedPly(const std::string& path, const std::string& checksum) {
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path);
-  if (!bytes.ok()) return bytes.status();
-  if (!checksum.empty() && absl::StrFormat("%016x", Checksum(bytes->data(), bytes->size())) != checksum) {
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
+  if (!checksum.empty() && absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size())) != checksum) {
     return absl::DataLossError(absl::StrCat(path,
                                             ": is not as report.json lists it; `weft register` with the same "
                                             "inputs computes the frame again"));
   }
-  return ParsePly(*bytes, path);
+  return ParsePly(bytes, path);
 }
 
 MeshTexture TextureOfPly(const Ply& ply) {
@@ -47,19 +47,15 @@ MeshTexture TextureOfPly(const Ply& ply) {
 }  // namespace
 
 absl::StatusOr<CheckedMesh> ReadCheckedMesh(const std::string& path, const std::string& checksum) {
-  const absl::StatusOr<Ply> ply = ReadCheckedPly(path, checksum);
-  if (!ply.ok()) return ply.status();
-  absl::StatusOr<RegisteredMesh> registered = RegisteredMeshFromPly(*ply, path);
-  if (!registered.ok()) return registered.status();
-  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
-  if (!mesh.ok()) return mesh.status();
-  return CheckedMesh{*std::move(registered), std::move(mesh->faces), TextureOfPly(*ply)};
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadCheckedPly(path, checksum));
+  WEFT_ASSIGN_OR_RETURN(RegisteredMesh registered, RegisteredMeshFromPly(ply, path));
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, MeshFromPly(ply, path));
+  return CheckedMesh{std::move(registered), std::move(mesh.faces), TextureOfPly(ply)};
 }
 
 absl::StatusOr<RegisteredMesh> ReadCheckedVertices(const std::string& path, const std::string& checksum) {
-  const absl::StatusOr<Ply> ply = ReadCheckedPly(path, checksum);
-  if (!ply.ok()) return ply.status();
-  return RegisteredMeshFromPly(*ply, path);
+  WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadCheckedPly(path, checksum));
+  return RegisteredMeshFromPly(ply, path);
 }
 
 }  // namespace weft

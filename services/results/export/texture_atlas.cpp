@@ -10,6 +10,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/status_macros.h"
+
 namespace weft {
 namespace {
 
@@ -75,19 +77,17 @@ std::vector<uint8_t> FilledRgb(const AtlasPicture& picture) {
 
 absl::StatusOr<TextureAtlas> TextureAtlas::Make(int size_px, const std::vector<Face>& faces,
                                                 const MeshTexture& texture) {
-  absl::StatusOr<std::vector<Texel>> texels = RasterizeTexture(size_px, faces, texture, "--texture");
-  if (!texels.ok()) return texels.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<Texel> texels, RasterizeTexture(size_px, faces, texture, "--texture"));
   TextureAtlas atlas;
   atlas.size_px_ = size_px;
   atlas.faces_ = faces;
-  atlas.texels_ = *std::move(texels);
+  atlas.texels_ = std::move(texels);
   atlas.colors_.assign(atlas.texels_.size(), Eigen::Vector4f::Zero());
   return atlas;
 }
 
 absl::Status TextureAtlas::Add(const Frame& picture, const VisibleMesh& mesh, const CameraModel& camera) {
-  const absl::StatusOr<Frame> rgb = ToRgb(picture);
-  if (!rgb.ok()) return rgb.status();
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(picture));
   const std::vector<VertexView> views = mesh.Look(camera, kForTexture);
   const std::vector<Eigen::Vector3d>& vertices_mm = mesh.vertices_mm();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, texels_.size(), 4096), [&](const auto& range) {
@@ -104,7 +104,7 @@ absl::Status TextureAtlas::Add(const Frame& picture, const VisibleMesh& mesh, co
                                        static_cast<double>(texel.weight_b) * vertices_mm[b] +
                                        static_cast<double>(texel.weight_c) * vertices_mm[c];
       const auto pixel_px = camera.Project(place_mm);
-      const auto color = pixel_px ? SampleRgb(*rgb, *pixel_px) : std::nullopt;
+      const auto color = pixel_px ? SampleRgb(rgb, *pixel_px) : std::nullopt;
       if (!color) continue;
       const float cosine = blend(views[a].facing_cosine, views[b].facing_cosine, views[c].facing_cosine);
       const float pitch_px = blend(views[a].pitch_px, views[b].pitch_px, views[c].pitch_px);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -46,7 +47,7 @@ Rig WithoutDistortion(const Rig& rig) {
 }
 
 absl::StatusOr<Frame> UndistortPicture(const Frame& rgb, const CameraModel& camera) {
-  if (absl::Status status = camera.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(camera.Validate());
   const size_t bytes = 3 * static_cast<size_t>(camera.width_px) * static_cast<size_t>(camera.height_px);
   if (rgb.width_px != camera.width_px || rgb.height_px != camera.height_px || rgb.pixels == nullptr ||
       rgb.pixels->size() != bytes) {

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"
+#include "base/status_macros.h"
 #include "services/results/report/edge_flips.h"
 
 namespace weft {
@@ -76,7 +77,7 @@ std::vector<int> UsedVertices(const std::vector<unsigned>& indices, size_t verti
 
 absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices,
                                            const std::vector<Eigen::Vector2f>& places) {
-  if (absl::Status status = CheckForDecimation(mesh, max_vertices); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckForDecimation(mesh, max_vertices));
   std::vector<unsigned> indices;
   indices.reserve(3 * mesh.faces.size());
   for (const Face& face : mesh.faces)

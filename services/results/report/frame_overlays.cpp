@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/thumbnail.h"
 #include "capture/take/open_dump.h"
@@ -25,15 +26,14 @@ absl::StatusOr<JobImages> JobImages::Open(const v1::Job& job) {
   const v1::RegistrationSpec& spec = job.spec();
   for (const std::string& path : {spec.dump(), spec.rig()})
     if (!IsThere(path)) return absl::NotFoundError(absl::StrCat(path, ": is not there any more"));
-  absl::StatusOr<Rig> rig = ReadRig(spec.rig());
-  if (!rig.ok()) return rig.status();
-  if (!job.inputs().rig().empty() && rig->ContentHash() != job.inputs().rig())
-    return absl::FailedPreconditionError(absl::StrCat(spec.rig(), ": has hash ", rig->ContentHash(),
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(spec.rig()));
+  if (!job.inputs().rig().empty() && rig.ContentHash() != job.inputs().rig())
+    return absl::FailedPreconditionError(absl::StrCat(spec.rig(), ": has hash ", rig.ContentHash(),
                                                       ", the job was computed with ", job.inputs().rig()));
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
-  if (!dump.ok()) return dump.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump,
+                        OpenDump(spec.dump(), rig, spec.options().mosaic()));
   JobImages out;
-  out.rig_ = *std::move(rig), out.dump_ = *std::move(dump);
+  out.rig_ = std::move(rig), out.dump_ = std::move(dump);
   return out;
 }
 

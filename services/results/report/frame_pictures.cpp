@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/results/report/mesh_colors.h"
 
@@ -29,11 +30,9 @@ struct Sides {
 };
 
 absl::StatusOr<Sides> SidesOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
-  const absl::StatusOr<Viewpoint> front = ViewpointOf(vertices_mm, MeshSide::kFront, kUp);
-  if (!front.ok()) return front.status();
-  const absl::StatusOr<Viewpoint> back = ViewpointOf(vertices_mm, MeshSide::kBack, kUp);
-  if (!back.ok()) return back.status();
-  return Sides{*front, *back};
+  WEFT_ASSIGN_OR_RETURN(const Viewpoint front, ViewpointOf(vertices_mm, MeshSide::kFront, kUp));
+  WEFT_ASSIGN_OR_RETURN(const Viewpoint back, ViewpointOf(vertices_mm, MeshSide::kBack, kUp));
+  return Sides{front, back};
 }
 
 // As tall as the mesh asks for at full width, so that wide garments leave no empty paper.
@@ -60,10 +59,9 @@ MeshViewOptions SizeFor(const std::vector<Eigen::Vector3d>& vertices_mm, const V
 absl::StatusOr<MeshPicture> EncodePicture(const std::string& title, const MeshView& view) {
   constexpr size_t kMostPngBytes = 300'000;
   constexpr int kJpegQuality = 85;
-  absl::StatusOr<std::string> png = EncodePng(view);
-  if (!png.ok()) return png.status();
-  if (png->size() <= kMostPngBytes)
-    return MeshPicture{title, *std::move(png), view.width_px, view.height_px, "image/png"};
+  WEFT_ASSIGN_OR_RETURN(std::string png, EncodePng(view));
+  if (png.size() <= kMostPngBytes)
+    return MeshPicture{title, std::move(png), view.width_px, view.height_px, "image/png"};
   std::vector<uint8_t> rgb;
   rgb.reserve(view.rgba.size() / 4 * 3);
   for (size_t at = 0; at + 3 < view.rgba.size(); at += 4)
@@ -71,9 +69,9 @@ absl::StatusOr<MeshPicture> EncodePicture(const std::string& title, const MeshVi
       const int opacity = view.rgba[at + 3];
       rgb.push_back(static_cast<uint8_t>((view.rgba[at + channel] * opacity + 255 * (255 - opacity)) / 255));
     }
-  const auto jpeg = EncodeJpeg({view.width_px, view.height_px, 3, 8, rgb}, kJpegQuality);
-  if (!jpeg.ok()) return jpeg.status();
-  return MeshPicture{title, std::string(jpeg->begin(), jpeg->end()), view.width_px, view.height_px,
+  WEFT_ASSIGN_OR_RETURN(const auto jpeg,
+                        EncodeJpeg({view.width_px, view.height_px, 3, 8, rgb}, kJpegQuality));
+  return MeshPicture{title, std::string(jpeg.begin(), jpeg.end()), view.width_px, view.height_px,
                      "image/jpeg"};
 }
 
@@ -84,11 +82,9 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
   options.shading = shading;
   std::vector<MeshPicture> pictures;
   for (const auto& [title, viewpoint] : {std::pair{"Front", sides.front}, {"Back", sides.back}}) {
-    const absl::StatusOr<MeshView> view = RenderMesh(mesh, colors, viewpoint, options);
-    if (!view.ok()) return view.status();
-    absl::StatusOr<MeshPicture> picture = EncodePicture(title, *view);
-    if (!picture.ok()) return picture.status();
-    pictures.push_back(*std::move(picture));
+    WEFT_ASSIGN_OR_RETURN(const MeshView view, RenderMesh(mesh, colors, viewpoint, options));
+    WEFT_ASSIGN_OR_RETURN(MeshPicture picture, EncodePicture(title, view));
+    pictures.push_back(std::move(picture));
   }
   return pictures;
 }
@@ -97,15 +93,13 @@ absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Side
                                         const MeshViewOptions& size, const ScalarRange& range) {
   const TriangleMesh mesh{pictured.mesh.vertices_mm, pictured.faces};
   FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range, {}, false};
-  auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, size, 1.0);
-  if (!by_state.ok()) return by_state.status();
+  WEFT_ASSIGN_OR_RETURN(auto by_state, DrawSides(mesh, StateColors(pictured.mesh.state), sides, size, 1.0));
   const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());
-  auto by_sigma = DrawSides(mesh, ScalarColors(sigmas, range), sides, size, 0.6);
-  if (!by_sigma.ok()) return by_sigma.status();
-  result.by_state = *std::move(by_state);
+  WEFT_ASSIGN_OR_RETURN(auto by_sigma, DrawSides(mesh, ScalarColors(sigmas, range), sides, size, 0.6));
+  result.by_state = std::move(by_state);
   result.is_driven =
       std::count(pictured.mesh.state.begin(), pictured.mesh.state.end(), VertexState::kDriven) > 0;
-  result.by_sigma = *std::move(by_sigma);
+  result.by_sigma = std::move(by_sigma);
   return result;
 }
 
@@ -114,9 +108,8 @@ absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Side
 absl::StatusOr<std::vector<MeshPicture>> DrawBothSides(const TriangleMesh& mesh,
                                                        const std::vector<Eigen::Vector3f>& colors,
                                                        double shading) {
-  const absl::StatusOr<Sides> sides = SidesOf(mesh.vertices_mm);
-  if (!sides.ok()) return sides.status();
-  return DrawSides(mesh, colors, *sides, SizeFor(mesh.vertices_mm, sides->front), shading);
+  WEFT_ASSIGN_OR_RETURN(const Sides sides, SidesOf(mesh.vertices_mm));
+  return DrawSides(mesh, colors, sides, SizeFor(mesh.vertices_mm, sides.front), shading);
 }
 
 std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/thumbnail.h"
 #include "services/results/report/mesh_canvas.h"
@@ -130,28 +131,24 @@ absl::StatusOr<MeshPicture> DrawOverlay(const Frame& image, const CameraModel& c
     return absl::InvalidArgumentError(
         absl::StrCat("camera ", camera.id, ": image, rig and mesh do not fit each other"));
   const std::vector<std::optional<ProjectedVertex>> vertices = ProjectAll(camera, mesh.vertices_mm);
-  const absl::StatusOr<PixelBox> box = BoxOf(vertices, camera, options.margin_share);
-  if (!box.ok()) return box.status();
-  const absl::StatusOr<Frame> rgb = ToRgb(image);
-  if (!rgb.ok()) return rgb.status();
-  const double scale = std::min({1.0, static_cast<double>(options.width_px) / box->width(),
-                                 static_cast<double>(options.height_px) / box->height()});
-  const int width = std::max(1, static_cast<int>(std::lround(scale * box->width()))),
-            height = std::max(1, static_cast<int>(std::lround(scale * box->height())));
-  const absl::StatusOr<Frame> small = Resized(Cropped(*rgb, *box), width, height);
-  if (!small.ok()) return small.status();
-  std::vector<uint8_t> pixels = *small->pixels;
+  WEFT_ASSIGN_OR_RETURN(const PixelBox box, BoxOf(vertices, camera, options.margin_share));
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(image));
+  const double scale = std::min({1.0, static_cast<double>(options.width_px) / box.width(),
+                                 static_cast<double>(options.height_px) / box.height()});
+  const int width = std::max(1, static_cast<int>(std::lround(scale * box.width()))),
+            height = std::max(1, static_cast<int>(std::lround(scale * box.height())));
+  WEFT_ASSIGN_OR_RETURN(const Frame small, Resized(Cropped(rgb, box), width, height));
+  std::vector<uint8_t> pixels = small->pixels;
   double nearest_mm = 1e9;
   for (const auto& vertex : vertices)
     if (vertex) nearest_mm = std::min(nearest_mm, vertex->depth_mm);
   constexpr double kJumpPixels = 15;  // steeper than cloth that a camera still sees
   const double jump_mm = kJumpPixels * nearest_mm / (camera.fx_px * scale);
-  Paint(DrawMesh(vertices, mesh, faces, *box, width, height), jump_mm, options.tint, width, height, pixels);
-  const absl::StatusOr<std::vector<uint8_t>> jpeg =
-      EncodeJpeg({width, height, 3, 8, pixels}, options.jpeg_quality);
-  if (!jpeg.ok()) return jpeg.status();
-  return MeshPicture{absl::StrCat("Camera ", camera.id), std::string(jpeg->begin(), jpeg->end()), width,
-                     height, "image/jpeg"};
+  Paint(DrawMesh(vertices, mesh, faces, box, width, height), jump_mm, options.tint, width, height, pixels);
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> jpeg,
+                        EncodeJpeg({width, height, 3, 8, pixels}, options.jpeg_quality));
+  return MeshPicture{absl::StrCat("Camera ", camera.id), std::string(jpeg.begin(), jpeg.end()), width, height,
+                     "image/jpeg"};
 }
 
 }  // namespace weft

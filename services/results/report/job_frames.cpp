@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "services/formats/files/frame_folders.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
@@ -30,11 +31,11 @@ bool IsAsked(const v1::Job& job, const std::string& frame) {
 
 absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& out_folder, const v1::Job& job,
                                                            std::vector<std::string>& notes) {
-  const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(out_folder, FrameFile::kReport);
-  if (!names.ok()) return names.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names,
+                        ListFrameFolders(out_folder, FrameFile::kReport));
   std::vector<v1::FrameReport> frames;
   int other_inputs = 0, not_asked = 0;
-  for (const std::string& name : *names) {
+  for (const std::string& name : names) {
     if (!IsAsked(job, name)) {
       ++not_asked;
       continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/results/report/mesh_canvas.h"
 
@@ -130,29 +131,27 @@ absl::Status MeshViewOptions::Validate() const {
 
 absl::StatusOr<MeshView> RenderMesh(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& colors,
                                     const Viewpoint& viewpoint, const MeshViewOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMesh(mesh, colors.size()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CheckMesh(mesh, colors.size()));
   std::vector<Eigen::Vector3d> seen_mm;
   seen_mm.reserve(mesh.vertices_mm.size());
   for (const Eigen::Vector3d& p : mesh.vertices_mm) {
     seen_mm.emplace_back(p.dot(viewpoint.right), p.dot(viewpoint.up), p.dot(viewpoint.towards_viewer));
   }
-  const absl::StatusOr<Framing> framing = FrameMesh(seen_mm, options);
-  if (!framing.ok()) return framing.status();
-  const std::vector<ScreenVertex> screen = Project(seen_mm, mesh.faces, colors, *framing, options.shading);
+  WEFT_ASSIGN_OR_RETURN(const Framing framing, FrameMesh(seen_mm, options));
+  const std::vector<ScreenVertex> screen = Project(seen_mm, mesh.faces, colors, framing, options.shading);
   const int ss = options.supersampling;
   MeshCanvas canvas(options.width_px * ss, options.height_px * ss);
   for (const Face& face : mesh.faces) canvas.Draw(screen[face[0]], screen[face[1]], screen[face[2]]);
   MeshView view = canvas.Resolve(ss, options.transparent);
-  view.px_per_mm = framing->samples_per_mm / ss;
+  view.px_per_mm = framing.samples_per_mm / ss;
   return view;
 }
 
 absl::StatusOr<std::string> EncodePng(const MeshView& view) {
-  const absl::StatusOr<std::vector<uint8_t>> png =
-      EncodePng({view.width_px, view.height_px, 4, 8, view.rgba}, PngEffort::kSmall);
-  if (!png.ok()) return png.status();
-  return std::string(png->begin(), png->end());
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> png,
+                        EncodePng({view.width_px, view.height_px, 4, 8, view.rgba}, PngEffort::kSmall));
+  return std::string(png.begin(), png.end());
 }
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/results/report/frame_pictures.h"
 #include "services/results/report/html_text.h"
 #include "services/results/report/svg_file.h"
@@ -106,19 +107,17 @@ double ShadingOf(const GarmentMap& map) { return map.range.low < 0 ? 0.25 : 0.6;
 }  // namespace
 
 absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const GarmentMap& map) {
-  const absl::StatusOr<std::vector<MeshPicture>> pictures =
-      DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map));
-  if (!pictures.ok()) return pictures.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<MeshPicture> pictures,
+                        DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map)));
   return absl::StrCat("<div><h3>", EscapeHtml(map.title), "</h3>\n",
-                      PictureRow(*pictures, "the garment", map.title,
+                      PictureRow(pictures, "the garment", map.title,
                                  ColorBar(map.range, map.label, map.unit, IsBounded(map))),
                       "</div>\n");
 }
 
 absl::StatusOr<std::string> GarmentMapSvg(const TriangleMesh& mesh, const GarmentMap& map) {
-  const absl::StatusOr<std::vector<MeshPicture>> pictures =
-      DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map));
-  if (!pictures.ok()) return pictures.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<MeshPicture> pictures,
+                        DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map)));
   constexpr double kGap = 20, kBarHeight = 40, kBarX = 90, kBarWidth = 220;
   std::string body = "<defs><linearGradient id=\"scale\">";
   for (int i = 0; i <= kStops; ++i)
@@ -133,7 +132,7 @@ absl::StatusOr<std::string> GarmentMapSvg(const TriangleMesh& mesh, const Garmen
                         EscapeHtml(map.label), kBarX, kBarWidth, kBarX, EscapeHtml(ends.low),
                         kBarX + kBarWidth, EscapeHtml(ends.high));
   double x = 10, height = 0;
-  for (const MeshPicture& picture : *pictures) {
+  for (const MeshPicture& picture : pictures) {
     absl::StrAppendFormat(&body,
                           "<image x=\"%.0f\" y=\"%.0f\" width=\"%d\" height=\"%d\" "
                           "href=\"data:%s;base64,%s\"/><text class=\"tick\" x=\"%.0f\" y=\"%.0f\" "

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/results/report/html_text.h"
@@ -25,13 +26,10 @@ struct MeshOfFrame {
 };
 
 absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
-  absl::StatusOr<Ply> ply = ReadPly(path);
-  if (!ply.ok()) return ply.status();
-  absl::StatusOr<RegisteredMesh> registered = RegisteredMeshFromPly(*ply, path);
-  if (!registered.ok()) return registered.status();
-  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
-  if (!mesh.ok()) return mesh.status();
-  return MeshOfFrame{*std::move(mesh), *std::move(registered)};
+  WEFT_ASSIGN_OR_RETURN(Ply ply, ReadPly(path));
+  WEFT_ASSIGN_OR_RETURN(RegisteredMesh registered, RegisteredMeshFromPly(ply, path));
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, MeshFromPly(ply, path));
+  return MeshOfFrame{std::move(mesh), std::move(registered)};
 }
 
 SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh, const std::vector<int>& kept,

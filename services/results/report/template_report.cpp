@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/results/report/frame_pictures.h"
 #include "services/results/report/html_text.h"
 #include "services/results/report/mesh_colors.h"
@@ -195,9 +196,9 @@ absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
   for (const TemplateBorder& opening : built.parts.openings) {
     for (const int v : opening.loop) colors[v] = Eigen::Vector3f::Constant(0.15F);
   }
-  const absl::StatusOr<std::vector<MeshPicture>> pictures = DrawBothSides(built.garment.rest, colors, 0.7);
-  if (!pictures.ok()) return pictures.status();
-  return PictureRow(*pictures, "the template", "seam", "<p>Seams coloured as above, openings dark.</p>");
+  WEFT_ASSIGN_OR_RETURN(const std::vector<MeshPicture> pictures,
+                        DrawBothSides(built.garment.rest, colors, 0.7));
+  return PictureRow(pictures, "the template", "seam", "<p>Seams coloured as above, openings dark.</p>");
 }
 
 std::string HeadOf(const BuiltTemplate& built, const v1::Verdict& verdict) {
@@ -218,13 +219,11 @@ std::string HeadOf(const BuiltTemplate& built, const v1::Verdict& verdict) {
 
 absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
                                                const TemplateReportInputs& inputs) {
-  const absl::StatusOr<std::string> sewn = SewnPictures(built);
-  if (!sewn.ok()) return sewn.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string sewn, SewnPictures(built));
   GarmentMap strain{"Distance from the print", "strain", "%", built.strain.of_vertex, {}};
   for (double& value : strain.values) value *= 100;
   strain.range = RoundRange(strain.values);
-  const absl::StatusOr<std::string> map = GarmentMapHtml(built.garment.rest, strain);
-  if (!map.ok()) return map.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string map, GarmentMapHtml(built.garment.rest, strain));
 
   std::string html = HeadOf(built, inputs.verdict);
   std::string warnings;
@@ -236,11 +235,11 @@ absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
                   absl::StrCat("<p>Panels have large numbers. Both sides of a seam have the same small "
                                "number and colour; grey outlines are open.</p>\n",
                                BoardPicture(built)));
-  html += Section("garment", "The sewn garment", *sewn);
+  html += Section("garment", "The sewn garment", sewn);
   html += Section("texture", "Texture", TextureSection(built));
   html += Section("seams", "Seams", SeamTable(built));
   html += Section("borders", "Openings and closed holes", BorderTable(built));
-  html += Section("strain", "Rest state", *map);
+  html += Section("strain", "Rest state", map);
   html += Section("panels", "Panels", PanelTable(built));
   std::vector<std::string> clouds;
   for (size_t i = 0; i < inputs.clouds.size(); ++i) {

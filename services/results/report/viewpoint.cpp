@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/results/report/mesh_view.h"
 
 namespace weft {
@@ -53,17 +54,16 @@ absl::StatusOr<Viewpoint> ViewpointOf(const std::vector<Eigen::Vector3d>& vertic
   if (!up.allFinite() || !(up.norm() > 1e-9)) {
     return absl::InvalidArgumentError("up: has no direction; give a vector that is not zero");
   }
-  const absl::StatusOr<Eigen::Matrix3d> covariance = CovarianceOf(vertices_mm);
-  if (!covariance.ok()) return covariance.status();
+  WEFT_ASSIGN_OR_RETURN(const Eigen::Matrix3d covariance, CovarianceOf(vertices_mm));
   Viewpoint view;
   view.up = up.normalized();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(*covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
   const bool flat = axes.eigenvalues()[0] < 0.25 * axes.eigenvalues()[1];
   if (flat && std::abs(axes.eigenvectors().col(0).dot(view.up)) > kLyingCosine) {
     view.towards_viewer = view.up;
     view.up = AwayFromFrontViewer(view.towards_viewer);
   } else {
-    view.towards_viewer = -LevelDepthAxis(*covariance, view.up);
+    view.towards_viewer = -LevelDepthAxis(covariance, view.up);
   }
   if (side == MeshSide::kBack) view.towards_viewer = -view.towards_viewer;
   view.right = view.up.cross(view.towards_viewer).normalized();

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/confined_folder.h"
 #include "services/formats/files/frame_paths.h"
@@ -161,9 +162,8 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
                                                   const ReportExtras& extras) {
   JobReportParts parts;
   parts.job = job;
-  absl::StatusOr<std::vector<v1::FrameReport>> frames = ReadJobFrames(out_folder, job, parts.notes);
-  if (!frames.ok()) return frames.status();
-  parts.frames = *std::move(frames);
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> frames, ReadJobFrames(out_folder, job, parts.notes));
+  parts.frames = std::move(frames);
   NoteOtherFrames(job, parts.frames.size(), parts.notes);
   const std::vector<ChosenFrame> chosen = FramesToPicture(parts.frames, extras.frames);
   const std::vector<PicturedMesh> meshes = ReadMeshes(out_folder, chosen, parts.notes);
@@ -177,14 +177,12 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
 }
 
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
-  const absl::StatusOr<JobReportParts> parts = ReadJobReportParts(out_folder, job);
-  if (!parts.ok()) return parts.status();
+  WEFT_ASSIGN_OR_RETURN(const JobReportParts parts, ReadJobReportParts(out_folder, job));
   // Through the open folder: a link that takes its place is not followed.
-  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(fs::absolute(out_folder).string());
-  if (!folder.ok()) return folder.status();
-  return folder->InWords(WriteFileAtomically(folder->At(kJobReportFile),
-                                             MakeJobReport(job, parts->frames, parts->pictures, parts->notes,
-                                                           parts->sequence ? &*parts->sequence : nullptr)));
+  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder, ConfinedFolder::Open(fs::absolute(out_folder).string()));
+  return folder.InWords(WriteFileAtomically(folder.At(kJobReportFile),
+                                            MakeJobReport(job, parts.frames, parts.pictures, parts.notes,
+                                                          parts.sequence ? &parts->sequence : nullptr)));
 }
 
 }  // namespace weft

@@ -11,6 +11,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -45,12 +46,10 @@ absl::Status ChangeList(const std::string& path, Change change) {
   constexpr std::chrono::seconds kPatience{5};
   const absl::StatusOr<FileLock> lock = FileLock::Take(path, kPatience);
   if (!lock.ok()) return lock.status();
-  absl::StatusOr<v1::AccessList> list = ReadAccessList(path);
-  if (!list.ok()) return list.status();
-  if (absl::Status status = change(*list); !status.ok()) return status;
-  const absl::StatusOr<std::string> text = ToJson(*list);
-  if (!text.ok()) return text.status();
-  return WriteFileAtomically(path, *text, 0600);
+  WEFT_ASSIGN_OR_RETURN(v1::AccessList list, ReadAccessList(path));
+  WEFT_RETURN_IF_ERROR(change(list));
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ToJson(list));
+  return WriteFileAtomically(path, text, 0600);
 }
 
 template <typename Entries, typename Is>
@@ -75,40 +74,38 @@ absl::StatusOr<v1::AccessList> ReadAccessList(const std::string& path) {
     return absl::PermissionDeniedError(
         absl::StrCat(path, ": other users may write this file; close it by `chmod go-rwx ", path, "`"));
   }
-  if (absl::Status status = ReadJsonFile(path, list); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path, list));
   return list;
 }
 
 std::string HashOfToken(const std::string& text) { return Sha256().Add(text).Hex(); }
 
 absl::StatusOr<NewToken> AddToken(const std::string& path, const TokenRequest& request) {
-  if (absl::Status status = CheckItemName(request.name); !status.ok()) return status;
-  if (absl::Status status = CheckRole(request.role); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckItemName(request.name));
+  WEFT_RETURN_IF_ERROR(CheckRole(request.role));
   if (!(request.days >= 0 && request.days <= kMostDays))
     return absl::InvalidArgumentError(absl::StrCat("days: must be 0 to ", kMostDays));
-  const absl::StatusOr<std::string> text = NewTokenText();
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, NewTokenText());
   NewToken added;
-  added.text = *text;
-  added.token.set_sha256(HashOfToken(*text));
+  added.text = text;
+  added.token.set_sha256(HashOfToken(text));
   added.token.set_id(added.token.sha256().substr(0, kIdDigits));
   added.token.set_name(request.name);
   added.token.set_role(request.role);
   added.token.set_created_unix_ns(HostTime_ns());
   if (request.days > 0)
     added.token.set_expires_unix_ns(HostTime_ns() + static_cast<int64_t>(request.days * kDay_ns));
-  const absl::Status status = ChangeList(path, [&](v1::AccessList& list) {
+  WEFT_RETURN_IF_ERROR(ChangeList(path, [&](v1::AccessList& list) {
     *list.add_tokens() = added.token;
     return absl::OkStatus();
-  });
-  if (!status.ok()) return status;
+  }));
   return added;
 }
 
 absl::Status AllowCertificate(const std::string& path, const std::string& common_name, v1::Role role) {
   if (common_name.empty() || common_name.size() > kLongestCommonName)
     return absl::InvalidArgumentError("common name: must have 1 to 64 characters");
-  if (absl::Status status = CheckRole(role); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRole(role));
   return ChangeList(path, [&](v1::AccessList& list) {
     for (v1::CertificateOwner& owner : *list.mutable_certificates()) {
       if (owner.common_name() != common_name) continue;

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 
@@ -35,7 +36,7 @@ std::string AuditLogFile(const std::string& state_folder) { return absl::StrCat(
 
 absl::StatusOr<std::unique_ptr<AuditLog>> AuditLog::Open(std::string path, Warn warn, int64_t largest_bytes) {
   std::unique_ptr<AuditLog> log(new AuditLog(std::move(path), std::move(warn), largest_bytes));
-  if (absl::Status status = log->OpenFile(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(log->OpenFile());
   return log;
 }
 

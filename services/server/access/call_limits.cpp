@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/callers/fair_share.h"
 #include "services/server/rpc/retry_after.h"
 
@@ -72,7 +73,7 @@ absl::Status CallLimits::Admit(const std::string& caller, CallKind kind, v1::Rol
   const Time now = clock_();
   Forget(now);
   Account& account = AccountOf(caller, now);
-  if (absl::Status status = Charge(caller, account); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Charge(caller, account));
   Calls& calls = account.calls.at(static_cast<size_t>(kind));
   while (!calls.admitted.empty() && now - calls.admitted.front() > kBeginsWithin) calls.admitted.pop_front();
   const int open = calls.running + static_cast<int>(calls.admitted.size());

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -32,10 +33,9 @@ int64_t UnixTime(const ASN1_TIME* time) {
 }  // namespace
 
 absl::StatusOr<std::vector<CertificateLife>> LivesOfCertificates(const std::string& path) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path, kLargestCertificateBytes);
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadWholeFile(path, kLargestCertificateBytes));
   const std::unique_ptr<BIO, decltype(&BIO_free)> file(
-      BIO_new_mem_buf(text->data(), static_cast<int>(text->size())), &BIO_free);
+      BIO_new_mem_buf(text.data(), static_cast<int>(text.size())), &BIO_free);
   const auto release = [](STACK_OF(X509_INFO) * infos) { sk_X509_INFO_pop_free(infos, X509_INFO_free); };
   const std::unique_ptr<STACK_OF(X509_INFO), decltype(release)> infos(
       PEM_X509_INFO_read_bio(file.get(), nullptr, nullptr, nullptr), release);

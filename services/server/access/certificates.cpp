@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/file_stamp.h"
 
@@ -74,14 +75,13 @@ absl::Status CheckValidity(const std::string& path, const X509* certificate) {
 }
 
 absl::Status CheckKey(const std::string& path, X509* certificate) {
-  const absl::StatusOr<std::string> text = ReadOption("--tls-key", path);
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadOption("--tls-key", path));
   struct stat file = {};
   if (stat(path.c_str(), &file) == 0 && (file.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
     return absl::PermissionDeniedError(absl::StrCat(
         "--tls-key: ", path, ": other users may read the key; close it by `chmod go-rwx ", path, "`"));
   }
-  const Key key(PEM_read_bio_PrivateKey(Reader(*text).get(), nullptr, NoPassphrase, nullptr), &EVP_PKEY_free);
+  const Key key(PEM_read_bio_PrivateKey(Reader(text).get(), nullptr, NoPassphrase, nullptr), &EVP_PKEY_free);
   if (key == nullptr) return NotPem("--tls-key", path, "private key without a passphrase");
   if (X509_check_private_key(certificate, key.get()) == 1) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -91,22 +91,19 @@ absl::Status CheckKey(const std::string& path, X509* certificate) {
 }  // namespace
 
 absl::Status CheckTlsFiles(const TlsFiles& files) {
-  const absl::StatusOr<std::string> chain = ReadOption("--tls-cert", files.certificate);
-  if (!chain.ok()) return chain.status();
-  const Certificate certificate = FirstCertificate(*chain);
+  WEFT_ASSIGN_OR_RETURN(const std::string chain, ReadOption("--tls-cert", files.certificate));
+  const Certificate certificate = FirstCertificate(chain);
   if (certificate == nullptr) return NotPem("--tls-cert", files.certificate, "certificate");
-  if (absl::Status status = CheckValidity(files.certificate, certificate.get()); !status.ok()) return status;
-  if (absl::Status status = CheckKey(files.key, certificate.get()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckValidity(files.certificate, certificate.get()));
+  WEFT_RETURN_IF_ERROR(CheckKey(files.key, certificate.get()));
   if (!files.client_authority.empty()) {
-    const absl::StatusOr<std::string> text = ReadOption("--tls-client-ca", files.client_authority);
-    if (!text.ok()) return text.status();
-    if (FirstCertificate(*text) == nullptr)
+    WEFT_ASSIGN_OR_RETURN(const std::string text, ReadOption("--tls-client-ca", files.client_authority));
+    if (FirstCertificate(text) == nullptr)
       return NotPem("--tls-client-ca", files.client_authority, "certificate");
   }
   if (files.client_revocations.empty()) return absl::OkStatus();
-  const absl::StatusOr<std::string> text = ReadOption("--tls-client-crl", files.client_revocations);
-  if (!text.ok()) return text.status();
-  if (ReadCrls(*text).empty()) return NotPem("--tls-client-crl", files.client_revocations, "revocation list");
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadOption("--tls-client-crl", files.client_revocations));
+  if (ReadCrls(text).empty()) return NotPem("--tls-client-crl", files.client_revocations, "revocation list");
   return absl::OkStatus();
 }
 

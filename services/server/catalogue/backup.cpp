@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/catalogue/catalogue_rows.h"
 #include "services/server/catalogue/folder_sync.h"
 
@@ -26,12 +27,10 @@ uintmax_t SizeOf(const std::string& path) {
 
 // DataLoss: not whole.
 absl::StatusOr<StoredCatalogue> ReadSound(const std::string& path) {
-  const absl::StatusOr<std::unique_ptr<Database>> database = Database::OpenToRead(path);
-  if (!database.ok()) return database.status();
-  if (absl::Status status = (*database)->CheckIntegrity(); !status.ok()) return status;
-  const absl::StatusOr<int64_t> version = (*database)->ReadPragma("user_version");
-  if (!version.ok()) return version.status();
-  StoredCatalogue content = ReadStored(**database, *version);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<Database> database, Database::OpenToRead(path));
+  WEFT_RETURN_IF_ERROR(database->CheckIntegrity());
+  WEFT_ASSIGN_OR_RETURN(const int64_t version, database->ReadPragma("user_version"));
+  StoredCatalogue content = ReadStored(*database, version);
   if (!content.damage.empty()) return absl::DataLossError(absl::StrCat(path, ": ", content.damage));
   return content;
 }
@@ -66,9 +65,8 @@ absl::StatusOr<std::unique_ptr<CatalogueBackup>> CatalogueBackup::Start(Database
   }
   std::unique_ptr<CatalogueBackup> backup(new CatalogueBackup(path));
   RemoveDatabase(CopyPath(path));
-  absl::StatusOr<std::unique_ptr<DatabaseCopy>> copy = DatabaseCopy::Start(catalogue, CopyPath(path));
-  if (!copy.ok()) return copy.status();
-  backup->copy_ = *std::move(copy);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<DatabaseCopy> copy, DatabaseCopy::Start(catalogue, CopyPath(path)));
+  backup->copy_ = std::move(copy);
   return backup;
 }
 

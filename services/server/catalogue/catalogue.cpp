@@ -1,6 +1,7 @@
 #include "services/server/catalogue/catalogue.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/catalogue/catalogue_rows.h"
 #include "services/server/catalogue/restore.h"
@@ -38,9 +39,8 @@ v1::FrameInfo FrameOf(const FrameRow& row) {
 absl::StatusOr<std::vector<v1::Job>> ReadAllJobs(Statement& statement) {
   std::vector<v1::Job> jobs;
   for (;;) {
-    const absl::StatusOr<bool> row = statement.Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return jobs;
+    WEFT_ASSIGN_OR_RETURN(const bool row, statement.Step());
+    if (!row) return jobs;
     jobs.push_back(JobOf(JobRowOf(statement)));
   }
 }
@@ -53,8 +53,7 @@ absl::Status NoSuchJob(const std::string& id) {
 
 absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& path,
                                                            std::function<void()> on_lost) {
-  absl::StatusOr<FileLock> lock = FileLock::Take(path);
-  if (!lock.ok()) return lock.status();
+  WEFT_ASSIGN_OR_RETURN(FileLock lock, FileLock::Take(path));
   absl::StatusOr<HolderRecord> record = HolderRecord::Take(path + ".holder", "weftd", std::move(on_lost));
   if (absl::IsFailedPrecondition(record.status())) {
     return absl::FailedPreconditionError(absl::StrCat(path, ": in use by another weftd; ",
@@ -62,16 +61,14 @@ absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& pa
                                                       ", or give another --state folder"));
   }
   // One of the two must keep others out.
-  if (!record.ok() && !lock->is_effective()) return record.status();
+  if (!record.ok() && !lock.is_effective()) return record.status();
   std::optional<HolderRecord> holder;
   if (record.ok()) holder.emplace(*std::move(record));
-  absl::StatusOr<std::vector<std::string>> warnings = MakeCatalogueSound(path);
-  if (!warnings.ok()) return warnings.status();
-  absl::StatusOr<std::unique_ptr<Database>> database = Database::Open(path);
-  if (!database.ok()) return database.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> warnings, MakeCatalogueSound(path));
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, Database::Open(path));
   std::unique_ptr<Catalogue> catalogue(
-      new Catalogue(*std::move(lock), std::move(holder), *std::move(database), *std::move(warnings)));
-  if (absl::Status status = catalogue->MakeSchema(); !status.ok()) return status;
+      new Catalogue(std::move(lock), std::move(holder), std::move(database), std::move(warnings)));
+  WEFT_RETURN_IF_ERROR(catalogue->MakeSchema());
   // A log whose flush once failed may be in memory alone; so all of it goes into the file, and the log begins
   // anew. A full disk stops no start: the log stays then.
   const absl::Status emptied = catalogue->database_->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
@@ -80,12 +77,11 @@ absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& pa
 }
 
 absl::Status Catalogue::MakeSchema() {
-  const absl::StatusOr<int64_t> version = database_->ReadPragma("user_version");
-  if (!version.ok()) return version.status();
-  if (*version == kSchemaVersion) return absl::OkStatus();
+  WEFT_ASSIGN_OR_RETURN(const int64_t version, database_->ReadPragma("user_version"));
+  if (version == kSchemaVersion) return absl::OkStatus();
   Transaction transaction(*database_);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
-  if (absl::Status status = MakeTables(*database_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(MakeTables(*database_));
   return transaction.Commit();
 }
 
@@ -94,9 +90,9 @@ absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameIn
   if (existing.ok()) return absl::AlreadyExistsError(absl::StrCat("a job \"", job.id(), "\" exists already"));
   if (!absl::IsNotFound(existing.status())) return existing.status();
   Transaction transaction(*database_);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
-  if (absl::Status status = InsertRow(*database_, MakeRow(job)); !status.ok()) return status;
-  if (absl::Status status = WriteFrames(job.id(), 0, frames); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(InsertRow(*database_, MakeRow(job)));
+  WEFT_RETURN_IF_ERROR(WriteFrames(job.id(), 0, frames));
   return transaction.Commit();
 }
 
@@ -104,77 +100,68 @@ absl::Status Catalogue::AddFrames(const std::string& job_id, size_t first,
                                   const std::vector<v1::FrameInfo>& frames) {
   if (absl::StatusOr<v1::Job> job = ReadJob(job_id); !job.ok()) return job.status();
   Transaction transaction(*database_);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
-  if (absl::Status status = WriteFrames(job_id, first, frames); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(WriteFrames(job_id, first, frames));
   return transaction.Commit();
 }
 
 absl::Status Catalogue::WriteFrames(const std::string& job_id, size_t first,
                                     const std::vector<v1::FrameInfo>& frames) {
-  absl::StatusOr<Statement> replace = database_->Prepare(kReplaceFrame);
-  if (!replace.ok()) return replace.status();
+  WEFT_ASSIGN_OR_RETURN(Statement replace, database_->Prepare(kReplaceFrame));
   for (size_t i = 0; i < frames.size(); ++i) {
-    const absl::Status status =
-        ReplaceRow(*replace, MakeRow(job_id, static_cast<int64_t>(first + i), frames[i]));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(job_id, static_cast<int64_t>(first + i), frames[i])));
   }
   return absl::OkStatus();
 }
 
 absl::Status Catalogue::WriteJob(const v1::Job& job) {
-  absl::StatusOr<Statement> update =
-      database_->Prepare("UPDATE jobs SET state = ?2, message = ?3, job = ?4, checksum = ?5 WHERE id = ?1");
-  if (!update.ok()) return update.status();
+  WEFT_ASSIGN_OR_RETURN(
+      Statement update,
+      database_->Prepare("UPDATE jobs SET state = ?2, message = ?3, job = ?4, checksum = ?5 WHERE id = ?1"));
   const JobRow row = MakeRow(job);
-  update->BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
-  if (absl::Status status = update->Bind(5, row.checksum).Run(); !status.ok()) return status;
+  update.BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
+  WEFT_RETURN_IF_ERROR(update.Bind(5, row.checksum).Run());
   return database_->ChangedRows() > 0 ? absl::OkStatus() : NoSuchJob(job.id());
 }
 
 absl::Status Catalogue::UpdateJob(const v1::Job& job) { return WriteJob(job); }
 
 absl::Status Catalogue::UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info) {
-  absl::StatusOr<Statement> update = database_->Prepare(
-      "UPDATE frames SET name = ?3, state = ?4, attempts = ?5, info = ?6, checksum = ?7 "
-      "WHERE job_id = ?1 AND position = ?2");
-  if (!update.ok()) return update.status();
-  if (absl::Status status = ReplaceRow(*update, MakeRow(job_id, static_cast<int64_t>(position), info));
-      !status.ok()) {
-    return status;
-  }
+  WEFT_ASSIGN_OR_RETURN(
+      Statement update,
+      database_->Prepare("UPDATE frames SET name = ?3, state = ?4, attempts = ?5, info = ?6, checksum = ?7 "
+                         "WHERE job_id = ?1 AND position = ?2"));
+  WEFT_RETURN_IF_ERROR(ReplaceRow(update, MakeRow(job_id, static_cast<int64_t>(position), info)));
   if (database_->ChangedRows() > 0) return absl::OkStatus();
   return absl::NotFoundError(absl::StrCat("no frame ", position, " in job \"", job_id, "\""));
 }
 
 absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
   Transaction transaction(*database_);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
-  if (absl::Status status = WriteJob(job); !status.ok()) return status;
-  if (absl::Status status = WriteFrames(job.id(), 0, frames); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(WriteJob(job));
+  WEFT_RETURN_IF_ERROR(WriteFrames(job.id(), 0, frames));
   return transaction.Commit();
 }
 
 absl::StatusOr<v1::Job> Catalogue::ReadJob(const std::string& id) {
-  absl::StatusOr<Statement> select =
-      database_->Prepare(absl::StrCat("SELECT ", JobColumns(), " FROM jobs WHERE id = ?"));
-  if (!select.ok()) return select.status();
-  const absl::StatusOr<bool> row = select->BindText(1, id).Step();
-  if (!row.ok()) return row.status();
-  if (!*row) return NoSuchJob(id);
-  return JobOf(JobRowOf(*select));
+  WEFT_ASSIGN_OR_RETURN(Statement select,
+                        database_->Prepare(absl::StrCat("SELECT ", JobColumns(), " FROM jobs WHERE id = ?")));
+  WEFT_ASSIGN_OR_RETURN(const bool row, select.BindText(1, id).Step());
+  if (!row) return NoSuchJob(id);
+  return JobOf(JobRowOf(select));
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> Catalogue::ReadFrames(const std::string& job_id) {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT ", FrameColumns(), " FROM frames WHERE job_id = ? ORDER BY position"));
-  if (!select.ok()) return select.status();
-  select->BindText(1, job_id);
+  WEFT_ASSIGN_OR_RETURN(Statement select,
+                        database_->Prepare(absl::StrCat("SELECT ", FrameColumns(),
+                                                        " FROM frames WHERE job_id = ? ORDER BY position")));
+  select.BindText(1, job_id);
   std::vector<v1::FrameInfo> frames;
   for (;;) {
-    const absl::StatusOr<bool> row = select->Step();
-    if (!row.ok()) return row.status();
-    if (!*row) return frames;
-    frames.push_back(FrameOf(FrameRowOf(*select)));
+    WEFT_ASSIGN_OR_RETURN(const bool row, select.Step());
+    if (!row) return frames;
+    frames.push_back(FrameOf(FrameRowOf(select)));
   }
 }
 
@@ -182,44 +169,45 @@ absl::StatusOr<std::vector<v1::Job>> Catalogue::ListJobs(int limit, const std::s
   if (!older_than.empty()) {
     if (const absl::StatusOr<v1::Job> there = ReadJob(older_than); !there.ok()) return there.status();
   }
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT ", JobColumns(),
-                   " FROM jobs WHERE ?1 = '' OR sequence < (SELECT sequence FROM jobs WHERE id = ?1)",
-                   " ORDER BY sequence DESC LIMIT ?2"));
-  if (!select.ok()) return select.status();
-  select->BindText(1, older_than).Bind(2, static_cast<int64_t>(limit));
-  return ReadAllJobs(*select);
+  WEFT_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          absl::StrCat("SELECT ", JobColumns(),
+                       " FROM jobs WHERE ?1 = '' OR sequence < (SELECT sequence FROM jobs WHERE id = ?1)",
+                       " ORDER BY sequence DESC LIMIT ?2")));
+  select.BindText(1, older_than).Bind(2, static_cast<int64_t>(limit));
+  return ReadAllJobs(select);
 }
 
 absl::StatusOr<std::vector<v1::Job>> Catalogue::EndedJobs(int64_t skip, int limit) {
-  absl::StatusOr<Statement> select = database_->Prepare(absl::StrCat(
-      "SELECT ", JobColumns(), " FROM jobs WHERE state NOT IN (?, ?) ORDER BY sequence LIMIT ? OFFSET ?"));
-  if (!select.ok()) return select.status();
-  select->BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
-  select->BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
-  select->Bind(3, static_cast<int64_t>(limit)).Bind(4, skip);
-  return ReadAllJobs(*select);
+  WEFT_ASSIGN_OR_RETURN(Statement select,
+                        database_->Prepare(absl::StrCat(
+                            "SELECT ", JobColumns(),
+                            " FROM jobs WHERE state NOT IN (?, ?) ORDER BY sequence LIMIT ? OFFSET ?")));
+  select.BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
+  select.BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
+  select.Bind(3, static_cast<int64_t>(limit)).Bind(4, skip);
+  return ReadAllJobs(select);
 }
 
 absl::Status Catalogue::RemoveJob(const std::string& id) {
   Transaction transaction(*database_);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
   for (const char* sql : {"DELETE FROM frames WHERE job_id = ?", "DELETE FROM jobs WHERE id = ?"}) {
-    absl::StatusOr<Statement> remove = database_->Prepare(sql);
-    if (!remove.ok()) return remove.status();
-    if (absl::Status status = remove->BindText(1, id).Run(); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(Statement remove, database_->Prepare(sql));
+    WEFT_RETURN_IF_ERROR(remove.BindText(1, id).Run());
   }
   if (database_->ChangedRows() == 0) return NoSuchJob(id);
   return transaction.Commit();
 }
 
 absl::StatusOr<std::vector<v1::Job>> Catalogue::UnfinishedJobs() {
-  absl::StatusOr<Statement> select = database_->Prepare(
-      absl::StrCat("SELECT ", JobColumns(), " FROM jobs WHERE state IN (?, ?) ORDER BY sequence"));
-  if (!select.ok()) return select.status();
-  select->BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
-  select->BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
-  return ReadAllJobs(*select);
+  WEFT_ASSIGN_OR_RETURN(Statement select,
+                        database_->Prepare(absl::StrCat(
+                            "SELECT ", JobColumns(), " FROM jobs WHERE state IN (?, ?) ORDER BY sequence")));
+  select.BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
+  select.BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
+  return ReadAllJobs(select);
 }
 
 }  // namespace weft

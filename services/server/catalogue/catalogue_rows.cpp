@@ -1,6 +1,7 @@
 #include "services/server/catalogue/catalogue_rows.h"
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/file/plain_text.h"
 #include "services/server/catalogue/message_text.h"
@@ -62,7 +63,7 @@ absl::Status MakeTables(Database& database, int64_t version) {
   const bool first = version == kFirstSchemaVersion;
   const std::string sql = absl::StrCat(kJobs, first ? "" : ",\n  checksum INTEGER NOT NULL", kFrames,
                                        first ? "" : "\n  checksum INTEGER NOT NULL,", kEnd);
-  if (absl::Status status = database.Execute(sql); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(database.Execute(sql));
   return database.Execute(absl::StrCat("PRAGMA user_version = ", version));
 }
 
@@ -128,11 +129,11 @@ FrameRow FrameRowOf(const Statement& statement) {
 }
 
 absl::Status InsertRow(Database& database, const JobRow& row) {
-  absl::StatusOr<Statement> insert =
-      database.Prepare("INSERT INTO jobs (id, state, message, job, checksum) VALUES (?, ?, ?, ?, ?)");
-  if (!insert.ok()) return insert.status();
-  insert->BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
-  return insert->Bind(5, row.checksum).Run();
+  WEFT_ASSIGN_OR_RETURN(
+      Statement insert,
+      database.Prepare("INSERT INTO jobs (id, state, message, job, checksum) VALUES (?, ?, ?, ?, ?)"));
+  insert.BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
+  return insert.Bind(5, row.checksum).Run();
 }
 
 absl::Status ReplaceRow(Statement& replace_frame, const FrameRow& row) {

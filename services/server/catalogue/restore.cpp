@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/server/catalogue/backup.h"
 #include "services/server/catalogue/catalogue_rows.h"
 #include "services/server/catalogue/folder_sync.h"
@@ -48,22 +49,20 @@ absl::StatusOr<Finding> ExamineRows(Database& database, int64_t version) {
 }
 
 absl::StatusOr<Finding> ExamineContent(Database& database) {
-  const absl::StatusOr<int64_t> version = database.ReadPragma("user_version");
-  if (!version.ok()) return version.status();
-  if (*version > kSchemaVersion && *version < kMaxCredibleVersion) {
+  WEFT_ASSIGN_OR_RETURN(const int64_t version, database.ReadPragma("user_version"));
+  if (version > kSchemaVersion && version < kMaxCredibleVersion) {
     return absl::FailedPreconditionError(
-        absl::StrCat(database.path(), ": written by a newer Weft (schema ", *version, ", this one knows ",
+        absl::StrCat(database.path(), ": written by a newer Weft (schema ", version, ", this one knows ",
                      kSchemaVersion, "); install that version, or give another --state folder"));
   }
-  if (absl::Status status = database.CheckIntegrity(); !status.ok()) return status;
-  const absl::StatusOr<int64_t> objects = database.ReadNumber("SELECT count(*) FROM sqlite_schema");
-  if (!objects.ok()) return objects.status();
+  WEFT_RETURN_IF_ERROR(database.CheckIntegrity());
+  WEFT_ASSIGN_OR_RETURN(const int64_t objects, database.ReadNumber("SELECT count(*) FROM sqlite_schema"));
   // SQLite's own crash while it made the file.
-  if (*version == 0 && *objects == 0 && !HasBackup(database.path())) return Finding{};
-  if (*version < kFirstSchemaVersion || *version > kSchemaVersion || *objects == 0) {
+  if (version == 0 && objects == 0 && !HasBackup(database.path())) return Finding{};
+  if (version < kFirstSchemaVersion || version > kSchemaVersion || objects == 0) {
     return DamagedFile(absl::StrCat(database.path(), ": damaged (the tables are gone, or their version is)"));
   }
-  return ExamineRows(database, *version);
+  return ExamineRows(database, version);
 }
 
 absl::StatusOr<Finding> Examine(const std::string& path) {
@@ -87,23 +86,20 @@ absl::StatusOr<Finding> Examine(const std::string& path) {
 
 absl::Status WriteNew(const std::string& path, const std::vector<RestoredJob>& jobs) {
   RemoveDatabase(path);
-  const absl::StatusOr<std::unique_ptr<Database>> database = Database::Open(path);
-  if (!database.ok()) return database.status();
-  Transaction transaction(**database);
-  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
-  if (absl::Status status = MakeTables(**database); !status.ok()) return status;
-  absl::StatusOr<Statement> replace = (*database)->Prepare(kReplaceFrame);
-  if (!replace.ok()) return replace.status();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<Database> database, Database::Open(path));
+  Transaction transaction(*database);
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(MakeTables(*database));
+  WEFT_ASSIGN_OR_RETURN(Statement replace, database->Prepare(kReplaceFrame));
   for (const RestoredJob& restored : jobs) {
-    if (absl::Status status = InsertRow(**database, MakeRow(restored.job)); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(InsertRow(*database, MakeRow(restored.job)));
     for (const auto& [position, info] : restored.frames) {
-      const absl::Status status = ReplaceRow(*replace, MakeRow(restored.job.id(), position, info));
-      if (!status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(restored.job.id(), position, info)));
     }
   }
-  if (absl::Status status = transaction.Commit(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(transaction.Commit());
   // One file, so that one rename puts it in place.
-  return (*database)->Execute("PRAGMA journal_mode = DELETE");
+  return database->Execute("PRAGMA journal_mode = DELETE");
 }
 
 // Files that wait to take the catalogue's place are called <path>.new.<name>; what they replace becomes
@@ -131,10 +127,10 @@ absl::Status Rename(const std::string& from, const std::string& to) {
 absl::Status PutInPlace(const std::string& path, const std::string& name) {
   const std::string aside = absl::StrCat(path, ".", name);
   for (const char* ending : {"", "-wal", "-journal"}) {
-    if (absl::Status status = Rename(path + ending, FreeName(aside + ending)); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Rename(path + ending, FreeName(aside + ending)));
   }
-  if (absl::Status status = SyncFolderOf(path); !status.ok()) return status;
-  if (absl::Status status = Rename(absl::StrCat(path, kWaiting, name), path); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(SyncFolderOf(path));
+  WEFT_RETURN_IF_ERROR(Rename(absl::StrCat(path, kWaiting, name), path));
   return SyncFolderOf(path);
 }
 
@@ -148,7 +144,7 @@ absl::Status FinishReplacing(const std::string& path) {
     if (absl::StartsWith(file, prefix)) names.push_back(file.substr(prefix.size()));
   }
   for (const std::string& name : names) {
-    if (absl::Status status = PutInPlace(path, name); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PutInPlace(path, name));
   }
   return absl::OkStatus();
 }
@@ -159,21 +155,20 @@ absl::StatusOr<std::vector<std::string>> Replace(const std::string& path, const 
   const std::string time = UtcFileName();
   const std::string name = absl::StrCat(finding.older ? "older-" : "damaged-", time);
   const std::string aside = absl::StrCat(path, ".", name);
-  absl::StatusOr<StoredCatalogue> stored = SalvageFile(path, path + ".reading");
-  if (!stored.ok()) return stored.status();
+  WEFT_ASSIGN_OR_RETURN(StoredCatalogue stored, SalvageFile(path, path + ".reading"));
   const std::optional<SoundBackup> backup = ReadNewestBackup(path);
-  const int added = backup ? Complete(*stored, backup->content) : 0;
+  const int added = backup ? Complete(stored, backup->content) : 0;
   const std::vector<RestoredJob> jobs =
-      RestoreJobs(*stored, absl::StrCat("the damaged catalogue is kept as ", aside));
+      RestoreJobs(stored, absl::StrCat("the damaged catalogue is kept as ", aside));
 
   const std::string building = path + ".building";
   if (absl::Status status = WriteNew(building, jobs); !status.ok()) {
     RemoveDatabase(building);
     return status;
   }
-  if (absl::Status status = Rename(building, absl::StrCat(path, kWaiting, name)); !status.ok()) return status;
-  if (absl::Status status = SyncFolderOf(path); !status.ok()) return status;
-  if (absl::Status status = PutInPlace(path, name); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Rename(building, absl::StrCat(path, kWaiting, name)));
+  WEFT_RETURN_IF_ERROR(SyncFolderOf(path));
+  WEFT_RETURN_IF_ERROR(PutInPlace(path, name));
   if (finding.older) return std::vector<std::string>();
   return std::vector<std::string>{
       absl::StrCat("the list of jobs was damaged and is restored: ", Jobs(jobs.size()),
@@ -184,11 +179,10 @@ absl::StatusOr<std::vector<std::string>> Replace(const std::string& path, const 
 }  // namespace
 
 absl::StatusOr<std::vector<std::string>> MakeCatalogueSound(const std::string& path) {
-  if (absl::Status status = FinishReplacing(path); !status.ok()) return status;
-  const absl::StatusOr<Finding> finding = Examine(path);
-  if (!finding.ok()) return finding.status();
-  if (!finding->replace) return std::vector<std::string>();
-  return Replace(path, *finding);
+  WEFT_RETURN_IF_ERROR(FinishReplacing(path));
+  WEFT_ASSIGN_OR_RETURN(const Finding finding, Examine(path));
+  if (!finding.replace) return std::vector<std::string>();
+  return Replace(path, finding);
 }
 
 }  // namespace weft

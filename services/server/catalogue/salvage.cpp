@@ -8,6 +8,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/catalogue/catalogue_rows.h"
 #include "services/server/catalogue/wal_file.h"
@@ -122,9 +123,8 @@ absl::Status GraftFirstPage(const std::string& path, int64_t version) {
   const std::string donor = path + ".donor";
   const absl::Cleanup remove = [&donor] { RemoveDatabase(donor); };
   {
-    const absl::StatusOr<std::unique_ptr<Database>> database = Database::Open(donor);
-    if (!database.ok()) return database.status();
-    if (absl::Status status = MakeTables(**database, version); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<Database> database, Database::Open(donor));
+    WEFT_RETURN_IF_ERROR(MakeTables(*database, version));
   }
   constexpr size_t kPageBytes = 4096;
   constexpr size_t kFreePages = 32, kFreePagesBytes = 8, kSizeValidFor = 92;
@@ -222,7 +222,7 @@ absl::StatusOr<StoredCatalogue> SalvageFile(const std::string& path, const std::
           ": damaged, and there is no room to restore it; make room on the disk and start weftd again"));
     }
     if (const absl::StatusOr<WalFile> wal = ReadWalFile(path + "-wal"); wal.ok()) {
-      if (absl::Status status = ApplyWal(*wal, scratch); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(ApplyWal(*wal, scratch));
     }
     if (!fs::exists(scratch, error) || fs::file_size(scratch, error) == 0) break;
     StoredCatalogue found = ReadCopy(scratch, graft_version);

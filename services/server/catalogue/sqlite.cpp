@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -68,7 +69,7 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code != SQLITE_OK) return database->LastError();
-  if (absl::Status status = database->Lock(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(database->Lock());
   return database;
 }
 
@@ -88,7 +89,7 @@ absl::Status Database::Lock() {
   for (const char* sql :
        {"PRAGMA locking_mode = EXCLUSIVE", "PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL",
         "PRAGMA foreign_keys = ON", "BEGIN IMMEDIATE", "PRAGMA schema_version", "COMMIT"}) {
-    if (absl::Status status = Execute(sql); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Execute(sql));
   }
   return absl::OkStatus();
 }
@@ -104,11 +105,9 @@ int64_t Database::ChangedRows() const { return sqlite3_changes64(handle_); }
 int64_t Database::AllChangedRows() const { return sqlite3_total_changes64(handle_); }
 
 absl::Status Database::CheckIntegrity() {
-  absl::StatusOr<Statement> check = Prepare("PRAGMA integrity_check(1)");
-  if (!check.ok()) return check.status();
-  const absl::StatusOr<bool> row = check->Step();
-  if (!row.ok()) return row.status();
-  const std::string found = *row ? check->Bytes(0) : "no answer";
+  WEFT_ASSIGN_OR_RETURN(Statement check, Prepare("PRAGMA integrity_check(1)"));
+  WEFT_ASSIGN_OR_RETURN(const bool row, check.Step());
+  const std::string found = row ? check.Bytes(0) : "no answer";
   if (found == "ok") return absl::OkStatus();
   return DamagedError(path_, absl::StrReplaceAll(found, {{"\n", ": "}}));
 }
@@ -130,11 +129,9 @@ absl::StatusOr<int64_t> Database::ReadPragma(const std::string& name) {
 }
 
 absl::StatusOr<int64_t> Database::ReadNumber(const std::string& sql) {
-  absl::StatusOr<Statement> statement = Prepare(sql);
-  if (!statement.ok()) return statement.status();
-  const absl::StatusOr<bool> row = statement->Step();
-  if (!row.ok()) return row.status();
-  return *row ? statement->Int(0) : 0;
+  WEFT_ASSIGN_OR_RETURN(Statement statement, Prepare(sql));
+  WEFT_ASSIGN_OR_RETURN(const bool row, statement.Step());
+  return row ? statement.Int(0) : 0;
 }
 
 Statement::Statement(Statement&& other) noexcept
@@ -225,7 +222,7 @@ absl::StatusOr<bool> DatabaseCopy::Step(int pages) {
   backup_ = nullptr;
   if (end != SQLITE_OK) return ErrorOf(target_->path(), end, sqlite3_errstr(end));
   // Of one file, that nothing beside it belongs to.
-  if (absl::Status status = target_->Execute("PRAGMA journal_mode = DELETE"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(target_->Execute("PRAGMA journal_mode = DELETE"));
   return true;
 }
 

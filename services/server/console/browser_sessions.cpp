@@ -9,6 +9,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/access/access_list.h"
@@ -113,9 +114,8 @@ absl::StatusOr<BrowserSession> BrowserSessions::Find(const std::string& id) {
     session.token_sha256 = found->token_sha256();
     session.expires_unix_ns = found->expires_unix_ns();
   }
-  absl::StatusOr<Caller> caller = access_.Identify({.token_sha256 = session.token_sha256});
-  if (!caller.ok()) return caller.status();
-  session.caller = *std::move(caller);
+  WEFT_ASSIGN_OR_RETURN(Caller caller, access_.Identify({.token_sha256 = session.token_sha256}));
+  session.caller = std::move(caller);
   return session;
 }
 

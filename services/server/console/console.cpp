@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/console/browser_sessions.h"
 #include "services/server/console/daemon_calls.h"
@@ -48,18 +49,17 @@ class Console::Impl {
 
   absl::Status Begin(UniqueFd socket) {
     if (!options_.page_folder.empty()) {
-      auto pages = LoadPageFiles(options_.page_folder);
-      if (!pages.ok()) return pages.status();
-      pages_ = *std::move(pages);
+      WEFT_ASSIGN_OR_RETURN(auto pages, LoadPageFiles(options_.page_folder));
+      pages_ = std::move(pages);
     }
     HttpListenerOptions http;
     http.host_names = options_.host_names;
     http.tls = options_.tls;
     http.uses_tls = options_.uses_tls;
-    auto listener = HttpListener::Start(std::move(socket), std::move(http),
-                                        [this](HttpExchange& exchange) { return Answer(exchange); });
-    if (!listener.ok()) return listener.status();
-    listener_ = *std::move(listener);
+    WEFT_ASSIGN_OR_RETURN(auto listener,
+                          HttpListener::Start(std::move(socket), std::move(http),
+                                              [this](HttpExchange& exchange) { return Answer(exchange); }));
+    listener_ = std::move(listener);
     return absl::OkStatus();
   }
 
@@ -241,7 +241,7 @@ class Console::Impl {
 absl::StatusOr<std::unique_ptr<Console>> Console::Start(UniqueFd socket, ConsoleOptions options,
                                                         const Sources& sources) {
   auto impl = std::make_unique<Impl>(std::move(options), sources);
-  if (absl::Status status = impl->Begin(std::move(socket)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(impl->Begin(std::move(socket)));
   return std::unique_ptr<Console>(new Console(std::move(impl)));
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status_macros.h"
 #include "services/server/rpc/grpc_status.h"
 
 namespace weft {
@@ -70,12 +71,11 @@ absl::StatusOr<std::shared_ptr<DaemonCalls::Channel>> DaemonCalls::ChannelOf(con
     }
     channels_.erase(oldest);  // calls that run keep it
   }
-  absl::StatusOr<UniqueFd> connection = connect_(caller.peer);
-  if (!connection.ok()) return connection.status();
+  WEFT_ASSIGN_OR_RETURN(UniqueFd connection, connect_(caller.peer));
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
   auto channel = std::make_shared<Channel>();
-  channel->channel = grpc::CreateCustomInsecureChannelFromFd("weftd", connection->Release(), arguments);
+  channel->channel = grpc::CreateCustomInsecureChannelFromFd("weftd", connection.Release(), arguments);
   channel->used = now;
   channels_[caller.session] = channel;
   return channel;
@@ -85,9 +85,8 @@ absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> DaemonCalls::Begin(
     const CallFor& caller, const std::string& path, const absl::StatusOr<std::string>& request,
     std::chrono::milliseconds patience) {
   if (!request.ok()) return request.status();
-  absl::StatusOr<std::shared_ptr<Channel>> channel = ChannelOf(caller);
-  if (!channel.ok()) return channel.status();
-  std::shared_ptr<Call> call(new Call(running_, *std::move(channel)));
+  WEFT_ASSIGN_OR_RETURN(std::shared_ptr<Channel> channel, ChannelOf(caller));
+  std::shared_ptr<Call> call(new Call(running_, std::move(channel)));
   call->context_.AddMetadata("weft-token-sha256", caller.token_sha256);
   call->context_.set_deadline(std::chrono::system_clock::now() + patience);
   const grpc::Slice slice(*request);

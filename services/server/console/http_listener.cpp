@@ -18,6 +18,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/file_stamp.h"
 #include "services/server/callers/network.h"
@@ -33,10 +34,8 @@ using PlainStream = beast::tcp_stream;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
 absl::StatusOr<std::shared_ptr<asio::ssl::context>> ReadTls(const TlsFiles& files) {
-  const absl::StatusOr<std::string> certificate = ReadWholeFile(files.certificate);
-  if (!certificate.ok()) return certificate.status();
-  const absl::StatusOr<std::string> key = ReadWholeFile(files.key);
-  if (!key.ok()) return key.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string certificate, ReadWholeFile(files.certificate));
+  WEFT_ASSIGN_OR_RETURN(const std::string key, ReadWholeFile(files.key));
   auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
   boost::system::error_code error;
   context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
@@ -45,8 +44,8 @@ absl::StatusOr<std::shared_ptr<asio::ssl::context>> ReadTls(const TlsFiles& file
   if (SSL_CTX_set_min_proto_version(context->native_handle(), TLS1_2_VERSION) != 1 ||
       SSL_CTX_set_cipher_list(context->native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20") != 1)
     return absl::InternalError("OpenSSL lacks TLS 1.2 or its ciphers");
-  context->use_certificate_chain(asio::buffer(*certificate), error);
-  if (!error) context->use_private_key(asio::buffer(*key), asio::ssl::context::pem, error);
+  context->use_certificate_chain(asio::buffer(certificate), error);
+  if (!error) context->use_private_key(asio::buffer(key), asio::ssl::context::pem, error);
   if (!error) return context;
   return absl::InvalidArgumentError(absl::StrCat("no HTTPS server starts with ", files.certificate, " and ",
                                                  files.key, "; do they belong together?"));
@@ -104,9 +103,8 @@ class HttpListener::Impl {
   absl::Status Begin(UniqueFd socket) {
     if (options_.uses_tls) {
       tls_stamp_ = TlsStamp();
-      auto tls = ReadTls(options_.tls);
-      if (!tls.ok()) return tls.status();
-      tls_ = *std::move(tls);
+      WEFT_ASSIGN_OR_RETURN(auto tls, ReadTls(options_.tls));
+      tls_ = std::move(tls);
       tls_names_ = NamesOfCertificate(options_.tls.certificate);
     }
     const tcp::endpoint endpoint = [&] {
@@ -317,7 +315,7 @@ absl::StatusOr<std::unique_ptr<HttpListener>> HttpListener::Start(UniqueFd socke
                                                                   HttpListenerOptions options,
                                                                   Handler handler) {
   auto impl = std::make_unique<Impl>(std::move(options), std::move(handler));
-  if (absl::Status status = impl->Begin(std::move(socket)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(impl->Begin(std::move(socket)));
   return std::unique_ptr<HttpListener>(new HttpListener(std::move(impl)));
 }
 

@@ -9,6 +9,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/rpc/error_detail.h"
@@ -66,7 +67,7 @@ const google::protobuf::MethodDescriptor* FindMethod(std::string_view name) {
 absl::Status FromJson(std::string_view json, Message& message) {
   // Also of browsers that nobody knows yet: a megabyte of brackets would take 300.
   constexpr JsonLimits kRequest = {.bytes = uint64_t{1} << 20, .values = 20'000, .depth = 30};
-  if (absl::Status status = CheckJsonLimits(json, "the request", kRequest); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckJsonLimits(json, "the request", kRequest));
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = false;
   const auto status =
@@ -77,7 +78,7 @@ absl::Status FromJson(std::string_view json, Message& message) {
 
 absl::StatusOr<std::string> RequestOfJson(const Descriptor& type, std::string_view json) {
   const std::unique_ptr<Message> message = NewMessage(type);
-  if (absl::Status status = FromJson(json, *message); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(FromJson(json, *message));
   return message->SerializeAsString();
 }
 

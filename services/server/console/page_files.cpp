@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/work/items/sha256.h"
 
@@ -61,9 +62,8 @@ absl::StatusOr<std::map<std::string, PageFile>> LoadPageFiles(const std::string&
   std::error_code error;
   for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
     if (!entry.is_regular_file()) continue;
-    absl::StatusOr<std::string> content = ReadWholeFile(entry.path().string(), kMostBytes);
-    if (!content.ok()) return content.status();
-    bytes += content->size();
+    WEFT_ASSIGN_OR_RETURN(std::string content, ReadWholeFile(entry.path().string(), kMostBytes));
+    bytes += content.size();
     if (bytes > kMostBytes)
       return absl::InvalidArgumentError(
           absl::StrCat(folder, ": more than 32 MiB are no pages of the console"));
@@ -71,10 +71,10 @@ absl::StatusOr<std::map<std::string, PageFile>> LoadPageFiles(const std::string&
     PageFile file;
     file.type = ContentType(path);
     file.is_hashed = absl::StartsWith(path, "/assets/");
-    file.tag = absl::StrCat("\"", Sha256().Add(*content).Hex().substr(0, kTagDigits), "\"");
-    if (content->size() >= kWorthCompressing && !absl::StartsWith(file.type, "image/p"))
-      file.gzip = Compressed(*content);
-    file.bytes = *std::move(content);
+    file.tag = absl::StrCat("\"", Sha256().Add(content).Hex().substr(0, kTagDigits), "\"");
+    if (content.size() >= kWorthCompressing && !absl::StartsWith(file.type, "image/p"))
+      file.gzip = Compressed(content);
+    file.bytes = std::move(content);
     files[path == "/index.html" ? "/" : path] = std::move(file);
   }
   if (files.contains("/")) return files;

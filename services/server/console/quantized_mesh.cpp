@@ -14,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh.h"
+#include "base/status_macros.h"
 #include "services/formats/files/little_endian.h"
 #include "services/formats/files/ply_header.h"
 #include "services/formats/files/ply_value.h"
@@ -77,17 +78,16 @@ absl::Status FindColumns(const PlyElement& vertex, const std::string& source_nam
 }
 
 absl::StatusOr<Layout> LayoutOf(std::string_view ply, const std::string& source_name) {
-  absl::StatusOr<PlyHeader> header = ParsePlyHeader(ply, source_name);
-  if (!header.ok()) return header.status();
+  WEFT_ASSIGN_OR_RETURN(PlyHeader header, ParsePlyHeader(ply, source_name));
   Layout layout;
-  layout.header = *std::move(header);
+  layout.header = std::move(header);
   const std::vector<PlyElement>& elements = layout.header.layout.elements;
   if (layout.header.format != PlyFormat::kLittleEndian || elements.empty() || elements[0].name != "vertex")
     return Wrong(source_name, "not a mesh of a job: binary little-endian with vertices first is asked for");
   layout.rows = elements[0].rows;
   if (layout.rows == 0 || layout.rows > kMostRows)
     return Wrong(source_name, absl::StrCat(layout.rows, " vertices cannot be shown"));
-  if (absl::Status status = FindColumns(elements[0], source_name, layout); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(FindColumns(elements[0], source_name, layout));
   return layout;
 }
 
@@ -240,33 +240,30 @@ absl::StatusOr<std::optional<size_t>> EndOfVertices(std::string_view ply, const 
   constexpr size_t kLongestHeader = 64 << 10;
   const bool is_whole = ply.substr(0, kLongestHeader).find("end_header\n") != std::string_view::npos;
   if (!is_whole && ply.size() < kLongestHeader) return std::nullopt;
-  const absl::StatusOr<Layout> layout = LayoutOf(ply, source_name);
-  if (!layout.ok()) return layout.status();
-  return layout->vertices_end();
+  WEFT_ASSIGN_OR_RETURN(const Layout layout, LayoutOf(ply, source_name));
+  return layout.vertices_end();
 }
 
 absl::StatusOr<std::string> QuantizedMesh(std::string_view ply, bool with_faces,
                                           const std::string& source_name) {
-  const absl::StatusOr<Layout> layout = LayoutOf(ply, source_name);
-  if (!layout.ok()) return layout.status();
-  if (ply.size() < layout->vertices_end()) return Wrong(source_name, "the vertices are cut off");
-  const VertexReader reader(ply, *layout);
-  absl::StatusOr<Grid> grid = GridOf(reader, layout->rows, source_name);
-  if (!grid.ok()) return grid.status();
-  std::vector<Quantized> vertices(layout->rows);
-  for (size_t row = 0; row < layout->rows; ++row) vertices[row] = QuantizedVertex(reader, row, *grid);
+  WEFT_ASSIGN_OR_RETURN(const Layout layout, LayoutOf(ply, source_name));
+  if (ply.size() < layout.vertices_end()) return Wrong(source_name, "the vertices are cut off");
+  const VertexReader reader(ply, layout);
+  WEFT_ASSIGN_OR_RETURN(Grid grid, GridOf(reader, layout.rows, source_name));
+  std::vector<Quantized> vertices(layout.rows);
+  for (size_t row = 0; row < layout.rows; ++row) vertices[row] = QuantizedVertex(reader, row, grid);
   absl::StatusOr<std::vector<uint32_t>> indices = std::vector<uint32_t>();
-  if (with_faces) indices = FacesOf(ply, *layout, source_name);
+  if (with_faces) indices = FacesOf(ply, layout, source_name);
   if (!indices.ok()) return indices.status();
   const std::string points = EncodedVertices(vertices), faces = EncodedFaces(*indices, vertices.size());
 
   std::string out = kMagic;
   for (const size_t count : {vertices.size(), indices->size() / 3, points.size(), faces.size()})
     PutLittleEndian(static_cast<uint32_t>(count), out);
-  for (const double step : grid->step_mm) PutLittleEndian(step, out);
-  for (const double low : grid->low) PutLittleEndian(low, out);
-  PutLittleEndian(grid->coordinate_error_mm, out);
-  PutLittleEndian(grid->distance_mm, out);
+  for (const double step : grid.step_mm) PutLittleEndian(step, out);
+  for (const double low : grid.low) PutLittleEndian(low, out);
+  PutLittleEndian(grid.coordinate_error_mm, out);
+  PutLittleEndian(grid.distance_mm, out);
   return out + points + faces;
 }
 

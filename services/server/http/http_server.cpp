@@ -14,6 +14,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/server/callers/network.h"
 
 namespace weft {
@@ -215,9 +216,8 @@ absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(UniqueFd socket, H
                                                               Answer answer) {
   std::unique_ptr<HttpServer> server(
       new HttpServer(std::move(socket), std::move(options), std::move(answer)));
-  absl::StatusOr<std::unique_ptr<Running>> running = server->Run(server->options_);
-  if (!running.ok()) return running.status();
-  server->running_ = *std::move(running);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Running> running, server->Run(server->options_));
+  server->running_ = std::move(running);
   return server;
 }
 
@@ -257,9 +257,8 @@ absl::Status HttpServer::ChangeCertificate(const std::string& certificate_pem, c
   HttpServerOptions changed = options_;
   changed.certificate_pem = certificate_pem;
   changed.key_pem = key_pem;
-  absl::StatusOr<std::unique_ptr<Running>> running = Run(changed);
-  if (!running.ok()) return running.status();
-  running_ = *std::move(running);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Running> running, Run(changed));
+  running_ = std::move(running);
   options_ = std::move(changed);
   return absl::OkStatus();
 }

@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -69,7 +70,7 @@ absl::Status CheckFilesThere(const v1::LibraryItem& item, const std::string& con
 
 absl::Status Rename(const std::string& from, const std::string& to) {
   if (rename(from.c_str(), to.c_str()) != 0) return FileError(to, "cannot be made", errno);
-  if (absl::Status status = SyncFolder(fs::path(to).parent_path().string()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(SyncFolder(fs::path(to).parent_path().string()));
   return SyncFolder(fs::path(from).parent_path().string());
 }
 
@@ -84,10 +85,9 @@ std::string PlaceInList(const v1::LibraryItem& item) {
 
 absl::StatusOr<std::unique_ptr<Library>> Library::Open(const std::string& state_folder) {
   for (const v1::ItemKind kind : kItemKinds) {
-    const absl::Status status = CreateFolders(absl::StrCat(state_folder, "/library/", ItemKindWord(kind)));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(absl::StrCat(state_folder, "/library/", ItemKindWord(kind))));
   }
-  if (absl::Status status = CreateFolders(state_folder + "/uploads"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(state_folder + "/uploads"));
   return std::unique_ptr<Library>(new Library(state_folder));
 }
 
@@ -140,7 +140,7 @@ absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
   Listing listing;
   for (const v1::ItemKind one : kItemKinds) {
     if (kind != v1::ITEM_KIND_UNSPECIFIED && kind != one) continue;
-    if (absl::Status status = ListKind(one, &listing); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ListKind(one, &listing));
   }
   std::sort(listing.items.begin(), listing.items.end(),
             [](const auto& a, const auto& b) { return PlaceInList(a) < PlaceInList(b); });
@@ -149,21 +149,20 @@ absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
 }
 
 absl::StatusOr<v1::LibraryItem> Library::FindHeader(v1::ItemKind kind, const std::string& text) const {
-  if (absl::Status status = CheckItemKind(kind); !status.ok()) return status;
-  const absl::StatusOr<ItemReference> reference = ParseItemReference(text);
-  if (!reference.ok()) return reference.status();
+  WEFT_RETURN_IF_ERROR(CheckItemKind(kind));
+  WEFT_ASSIGN_OR_RETURN(const ItemReference reference, ParseItemReference(text));
   std::error_code error;
-  if (!reference->id.empty() && fs::exists(ItemFolder(kind, reference->id), error)) {
-    return ReadItem(kind, reference->id);
+  if (!reference.id.empty() && fs::exists(ItemFolder(kind, reference.id), error)) {
+    return ReadItem(kind, reference.id);
   }
   Listing listing;
-  if (absl::Status status = ListKind(kind, &listing); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ListKind(kind, &listing));
   const v1::LibraryItem* found = nullptr;
   int newest = 0;
   for (const v1::LibraryItem& item : listing.items) {
     for (const v1::ItemName& name : item.names()) {
-      if (reference->name.empty() || name.name() != reference->name || name.version() <= newest) continue;
-      if (reference->version && name.version() != *reference->version) continue;
+      if (reference.name.empty() || name.name() != reference.name || name.version() <= newest) continue;
+      if (reference.version && name.version() != reference->version) continue;
       found = &item;
       newest = name.version();
     }
@@ -194,20 +193,19 @@ absl::StatusOr<v1::LibraryItem> Library::Find(v1::ItemKind kind, const std::stri
 
 absl::StatusOr<HeldItem> Library::Hold(v1::ItemKind kind, const std::string& reference) {
   const std::lock_guard lock(mutex_);
-  absl::StatusOr<v1::LibraryItem> item = FindLocked(kind, reference);
-  if (!item.ok()) return item.status();
-  const std::string content = ContentFolder(kind, item->id());
-  if (absl::Status status = CheckFilesThere(*item, content); !status.ok()) return status;
-  std::weak_ptr<const void>& known = holds_[item->id()];
+  WEFT_ASSIGN_OR_RETURN(v1::LibraryItem item, FindLocked(kind, reference));
+  const std::string content = ContentFolder(kind, item.id());
+  WEFT_RETURN_IF_ERROR(CheckFilesThere(item, content));
+  std::weak_ptr<const void>& known = holds_[item.id()];
   std::shared_ptr<const void> hold = known.lock();
   if (!hold) known = hold = std::make_shared<int>(0);
-  std::string path = InputPathOf(kind, item->manifest(), content);
-  return HeldItem{*std::move(item), std::move(path), std::move(hold)};
+  std::string path = InputPathOf(kind, item.manifest(), content);
+  return HeldItem{std::move(item), std::move(path), std::move(hold)};
 }
 
 absl::StatusOr<v1::ItemName> Library::NextName(v1::ItemKind kind, const std::string& name) const {
   Listing listing;
-  if (absl::Status status = ListKind(kind, &listing); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ListKind(kind, &listing));
   v1::ItemName next;
   next.set_name(name);
   next.set_version(1);
@@ -224,15 +222,13 @@ absl::StatusOr<v1::LibraryItem> Library::AddNameLocked(v1::ItemKind kind, const 
                                                        const std::string& name) {
   absl::StatusOr<v1::LibraryItem> item = FindLocked(kind, "sha256:" + id);
   if (!item.ok()) return item;
-  if (absl::Status status = CheckFilesThere(*item, ContentFolder(kind, id)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckFilesThere(*item, ContentFolder(kind, id)));
   if (NameIn(*item, name) != nullptr) return item;
-  const absl::StatusOr<v1::ItemName> next = NextName(kind, name);
-  if (!next.ok()) return next.status();
-  *item->add_names() = *next;
+  WEFT_ASSIGN_OR_RETURN(const v1::ItemName next, NextName(kind, name));
+  *item->add_names() = next;
   v1::LibraryItem header = *item;
   header.clear_manifest();
-  const absl::Status status = WriteJsonFile(ItemFolder(kind, id) + "/item.json", header);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(ItemFolder(kind, id) + "/item.json", header));
   return item;
 }
 
@@ -251,18 +247,17 @@ absl::StatusOr<v1::LibraryItem> Library::TakeIn(const v1::ItemUpload& upload, co
     v1::LibraryItem damaged;
     damaged.set_kind(upload.kind());
     damaged.set_id(id);
-    if (absl::Status status = RemoveItem(damaged); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(RemoveItem(damaged));
   } else if (!absl::IsNotFound(known.status())) {
     return known;
   }
-  const absl::StatusOr<v1::ItemName> name = NextName(upload.kind(), upload.name());
-  if (!name.ok()) return name.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::ItemName name, NextName(upload.kind(), upload.name()));
   v1::LibraryItem item;
   item.set_kind(upload.kind());
   item.set_id(id);
   item.set_bytes(BytesOf(upload.manifest()));
   item.set_file_count(upload.manifest().files_size());
-  *item.add_names() = *name;
+  *item.add_names() = name;
   absl::Status status = WriteJsonFile(folder + "/manifest.json", upload.manifest());
   if (status.ok()) status = WriteJsonFile(folder + "/item.json", item);
   if (status.ok()) status = Rename(folder, ItemFolder(upload.kind(), id));
@@ -274,7 +269,7 @@ absl::StatusOr<v1::LibraryItem> Library::TakeIn(const v1::ItemUpload& upload, co
 // Out of the way at once, then removed; the next start removes what is left.
 absl::Status Library::RemoveItem(const v1::LibraryItem& item) {
   const std::string aside = absl::StrCat(state_folder_, "/uploads/deleted-", item.id(), "-", HostTime_ns());
-  if (absl::Status status = Rename(ItemFolder(item.kind(), item.id()), aside); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Rename(ItemFolder(item.kind(), item.id()), aside));
   std::error_code ignored;
   fs::remove_all(aside, ignored);
   return absl::OkStatus();
@@ -300,16 +295,15 @@ absl::StatusOr<Library::Deletion> Library::Delete(
     for (const v1::ItemName& name : item->names()) {
       if (name.name() != reference->name || name.version() != version) *rest.add_names() = name;
     }
-    const absl::Status status = WriteJsonFile(ItemFolder(kind, item->id()) + "/item.json", rest);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteJsonFile(ItemFolder(kind, item->id()) + "/item.json", rest));
     return Deletion{std::move(rest), false};
   }
   if (const auto held = holds_.find(item->id()); held != holds_.end() && !held->second.expired()) {
     return absl::FailedPreconditionError(
         absl::StrCat("item ", item->id(), ": a job that reads it is being prepared; try again later"));
   }
-  if (absl::Status status = check(*item); !status.ok()) return status;
-  if (absl::Status status = RemoveItem(*item); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(check(*item));
+  WEFT_RETURN_IF_ERROR(RemoveItem(*item));
   return Deletion{*std::move(item), true};
 }
 

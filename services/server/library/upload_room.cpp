@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/server/callers/fair_share.h"
 #include "services/server/callers/owners.h"
@@ -32,9 +33,8 @@ absl::Status Uploads::CheckShare(const std::string& upload_id, int64_t bytes, co
   }
   // What has begun has its place.
   if (absl::Status status = share.Check(caller); !status.ok() && !begun_.contains(upload_id)) return status;
-  const absl::StatusOr<Room> room = RoomOnDisk();
-  if (!room.ok()) return room.status();
-  const int64_t free_bytes = std::max<int64_t>(0, room->free_bytes - room->spare_bytes);
+  WEFT_ASSIGN_OR_RETURN(const Room room, RoomOnDisk());
+  const int64_t free_bytes = std::max<int64_t>(0, room.free_bytes - room.spare_bytes);
   const auto most = static_cast<int64_t>(kShareOfDisk * static_cast<double>(free_bytes));
   if (IsOperator(caller) || bytes <= most - others) return absl::OkStatus();
   return absl::ResourceExhaustedError(absl::StrCat(
@@ -52,9 +52,8 @@ absl::StatusOr<Uploads::Room> Uploads::RoomOnDisk() const {
 }
 
 absl::Status Uploads::CheckRoom(const char* field, int64_t more_bytes) const {
-  const absl::StatusOr<Room> room = RoomOnDisk();
-  if (!room.ok()) return room.status();
-  const auto [free_bytes, spare_bytes] = *room;
+  WEFT_ASSIGN_OR_RETURN(const Room room, RoomOnDisk());
+  const auto [free_bytes, spare_bytes] = room;
   if (more_bytes <= free_bytes - spare_bytes) return absl::OkStatus();
   return absl::ResourceExhaustedError(absl::StrCat(
       field, ": ", more_bytes, " bytes are to come, but ", state_folder_, " has ", free_bytes,

@@ -15,6 +15,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/file_facts.h"
@@ -152,11 +153,8 @@ absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string
                                                                const Caller& caller) {
   absl::StatusOr<std::shared_ptr<Upload>> upload = FindAnybodys(upload_id);
   if (!upload.ok()) return upload;
-  if (absl::Status status =
-          CheckMayChange(caller, "upload_id", absl::StrCat("upload ", upload_id), (*upload)->what.begun_by());
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(
+      CheckMayChange(caller, "upload_id", absl::StrCat("upload ", upload_id), (*upload)->what.begun_by()));
   return upload;
 }
 
@@ -210,19 +208,16 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
     response.add_received_bytes(SizeOfUploaded(folder + "/content", file.path()));
     received += response.received_bytes().at(response.received_bytes_size() - 1);
   }
-  if (absl::Status status = CheckShare(response.upload_id(), BytesOf(request.manifest()) - received, caller);
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(CheckShare(response.upload_id(), BytesOf(request.manifest()) - received, caller));
   const int64_t to_come = BytesOf(request.manifest()) - received + BytesToCome(response.upload_id());
-  if (absl::Status status = CheckRoom("manifest", to_come); !status.ok()) return status;
-  if (absl::Status status = CreateFolders(folder + "/content"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRoom("manifest", to_come));
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder + "/content"));
   v1::ItemUpload what;
   what.set_kind(request.kind());
   what.set_name(request.name());
   *what.mutable_manifest() = request.manifest();
   what.set_begun_by(caller.name);
-  if (absl::Status status = WriteJsonFile(folder + "/upload.json", what); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(folder + "/upload.json", what));
   begun_[response.upload_id()] = {caller.name, BytesOf(request.manifest())};
   // Known from here on, for the room that it needs.
   const std::shared_ptr<Upload> upload = Know(response.upload_id(), std::move(what));
@@ -235,9 +230,9 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
 absl::Status Uploads::CheckFiles(Upload& upload) {
   std::vector<std::string> wrong;
   for (const v1::ItemFile& file : upload.what.manifest().files()) {
-    const auto place = FindPlace(upload.folder + "/content", file.path(), ConfinedFolder::IfMissing::kMake);
-    if (!place.ok()) return place.status();
-    const std::string path = place->folder.At(place->name);
+    WEFT_ASSIGN_OR_RETURN(const auto place, FindPlace(upload.folder + "/content", file.path(),
+                                                      ConfinedFolder::IfMissing::kMake));
+    const std::string path = place.folder.At(place.name);
     const int flags = O_RDWR | O_CLOEXEC | O_NOFOLLOW | (file.bytes() == 0 ? O_CREAT : 0);
     const UniqueFd opened(open(path.c_str(), flags, 0644));
     struct stat info;
@@ -248,14 +243,14 @@ absl::Status Uploads::CheckFiles(Upload& upload) {
                                                         file.bytes(), " bytes are there; upload the rest"));
     }
     const absl::StatusOr<std::string> hash = Sha256OfFile(path);
-    if (!hash.ok()) return place->folder.InWords(hash.status());
+    if (!hash.ok()) return place.folder.InWords(hash.status());
     if (*hash != file.sha256()) {
-      if (absl::Status status = place->folder.Remove(place->name); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(place.folder.Remove(place.name));
       wrong.push_back(file.path());
       continue;
     }
     if (fsync(opened.get()) != 0) return FileError(file.path(), "cannot be written", errno);
-    if (absl::Status status = place->folder.Sync(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(place.folder.Sync());
   }
   if (wrong.empty()) return absl::OkStatus();
   return absl::DataLossError(absl::StrCat("bytes other than declared in ", absl::StrJoin(wrong, ", "),
@@ -263,9 +258,8 @@ absl::Status Uploads::CheckFiles(Upload& upload) {
 }
 
 absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, const Caller& caller) {
-  const absl::StatusOr<std::shared_ptr<Upload>> found = Find(upload_id, caller);
-  if (!found.ok()) return found.status();
-  Upload& upload = **found;
+  WEFT_ASSIGN_OR_RETURN(const std::shared_ptr<Upload> found, Find(upload_id, caller));
+  Upload& upload = *found;
   const std::lock_guard lock(upload.mutex);
   if (upload.finished) return library_.Find(upload.what.kind(), "sha256:" + ItemIdOf(upload.what.manifest()));
   upload.finishing = true;
@@ -292,25 +286,24 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, co
 absl::Status UploadWriter::OpenFile(const std::string& path) {
   const auto declared = upload_->sizes.find(path);
   if (declared == upload_->sizes.end()) {
-    if (absl::Status status = CheckItemPath(path); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckItemPath(path));
     return absl::NotFoundError(absl::StrCat("path: the manifest has no file \"", path, "\""));
   }
-  const auto place = FindPlace(upload_->folder + "/content", path, ConfinedFolder::IfMissing::kMake);
-  if (!place.ok()) return place.status();
-  file_ = UniqueFd(open(place->folder.At(place->name).c_str(),
+  WEFT_ASSIGN_OR_RETURN(const auto place,
+                        FindPlace(upload_->folder + "/content", path, ConfinedFolder::IfMissing::kMake));
+  file_ = UniqueFd(open(place.folder.At(place.name).c_str(),
                         O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644));
   if (!file_.open()) return FileError(path, "cannot be written", errno);
   path_ = path;
   declared_bytes_ = declared->second;
-  return place->folder.Sync();
+  return place.folder.Sync();
 }
 
 absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
   if (!piece.upload_id().empty() && piece.upload_id() != upload_id_) {
     if (upload_) return absl::InvalidArgumentError("upload_id: all pieces of a call are of one upload");
-    absl::StatusOr<std::shared_ptr<Uploads::Upload>> found = uploads_.Find(piece.upload_id(), caller_);
-    if (!found.ok()) return found.status();
-    upload_ = *std::move(found);
+    WEFT_ASSIGN_OR_RETURN(std::shared_ptr<Uploads::Upload> found, uploads_.Find(piece.upload_id(), caller_));
+    upload_ = std::move(found);
     upload_id_ = piece.upload_id();
   }
   if (!upload_) return absl::InvalidArgumentError("upload_id: must not be empty");
@@ -321,8 +314,8 @@ absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
   const std::lock_guard lock(upload_->mutex);
   if (upload_->finished) return absl::AbortedError("the upload is finished");
   if (!piece.path().empty() && piece.path() != path_) {
-    if (const auto synced = Sync(); !synced.ok()) return synced.status();
-    if (absl::Status status = OpenFile(piece.path()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Sync().status());
+    WEFT_RETURN_IF_ERROR(OpenFile(piece.path()));
   }
   if (!file_.open()) return absl::InvalidArgumentError("path: must not be empty");
   struct stat info;
@@ -334,7 +327,7 @@ absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
                                               " bytes are there"));
   }
   upload_->active_at = std::chrono::steady_clock::now();
-  if (absl::Status status = uploads_.CheckRoom("data", bytes); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(uploads_.CheckRoom("data", bytes));
   if (const int error = WriteAll(file_.get(), piece.data()); error != 0) {
     return FileError(path_, "cannot be written", error);
   }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/executor/run_program.h"
@@ -42,12 +43,13 @@ absl::Status NoticeOptions::Validate() const {
 absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& folder,
                                                              NoticeOptions options) {
   std::unique_ptr<EndNotices> notices(new EndNotices(std::move(options)));
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
-  if (absl::Status status = notices->ReadBeginning(folder + "/begun"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
+  WEFT_RETURN_IF_ERROR(notices->ReadBeginning(folder + "/begun"));
   OutboxOptions of_programs;
   of_programs.folder = absl::StrCat(folder, "/", kOfProgram);
   of_programs.at_once = kProgramsAtOnce;
-  auto programs =
+  WEFT_ASSIGN_OR_RETURN(
+      auto programs,
       Outbox::Open(of_programs, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
         if (now.program.empty()) return absl::OkStatus();
@@ -60,18 +62,17 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
         if (!absl::IsDeadlineExceeded(status)) return status;
         return absl::DeadlineExceededError(
             absl::StrCat(absl::string_view(status.message()), "; --on-end-timeout-s gives it more"));
-      });
-  if (!programs.ok()) return programs.status();
-  notices->programs_ = *std::move(programs);
+      }));
+  notices->programs_ = std::move(programs);
   OutboxOptions of_requests;
   of_requests.folder = absl::StrCat(folder, "/", kOfServer);
-  auto requests =
+  WEFT_ASSIGN_OR_RETURN(
+      auto requests,
       Outbox::Open(of_requests, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
         return now.server.url.empty() ? absl::OkStatus() : PostNotice(now.server, path, stop);
-      });
-  if (!requests.ok()) return requests.status();
-  notices->requests_ = *std::move(requests);
+      }));
+  notices->requests_ = std::move(requests);
   return notices;
 }
 
@@ -132,12 +133,11 @@ absl::Status EndNotices::Tell(v1::EndNotice notice, const std::string& kind, con
   notice.set_id(absl::StrCat(notice.ended_unix_ns(), "-", kind, "-", id));
   notice.set_host(NameOfHost());
   notice.set_weft_version(WEFT_VERSION);
-  const absl::StatusOr<std::string> text = ToJson(notice);
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ToJson(notice));
   if (!now.program.empty()) {
-    if (absl::Status status = programs_->Put(notice.id(), *text); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(programs_->Put(notice.id(), text));
   }
-  return now.server.url.empty() ? absl::OkStatus() : requests_->Put(notice.id(), *text);
+  return now.server.url.empty() ? absl::OkStatus() : requests_->Put(notice.id(), text);
 }
 
 }  // namespace weft

@@ -13,6 +13,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/loopback.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 
@@ -152,7 +153,7 @@ void SetUpRequest(CURL* request, const NoticeServer& server) {
 
 absl::Status CheckNoticeServer(const NoticeServer& server) {
   if (server.url.empty()) return absl::OkStatus();
-  if (absl::Status status = CheckUrl(server.url); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckUrl(server.url));
   if (!server.authority.empty()) {
     const absl::StatusOr<std::string> text = ReadWholeFile(server.authority, uint64_t{1} << 20);
     if (!text.ok()) return BadOption("--on-end-ca", std::string(text.status().message()), "name a PEM file");
@@ -181,9 +182,8 @@ std::string SignatureOf(const std::string& secret, const std::string& body) {
 
 absl::Status PostNotice(const NoticeServer& server, const std::string& path, const std::stop_token& stop) {
   BeginCurl();
-  if (absl::Status status = CheckUrl(server.url); !status.ok()) return status;
-  const absl::StatusOr<std::string> body = ReadWholeFile(path);
-  if (!body.ok()) return body.status();
+  WEFT_RETURN_IF_ERROR(CheckUrl(server.url));
+  WEFT_ASSIGN_OR_RETURN(const std::string body, ReadWholeFile(path));
   const absl::StatusOr<std::string> secret = ReadSecret(server.secret_file);
   if (!secret.ok()) return absl::UnavailableError(secret.status().message());  // may be mended
   const Request request(curl_easy_init(), curl_easy_cleanup);
@@ -191,13 +191,13 @@ absl::Status PostNotice(const NoticeServer& server, const std::string& path, con
   AddHeader(headers, "Content-Type: application/json");
   AddHeader(headers, "User-Agent: weftd/" WEFT_VERSION);
   AddHeader(headers, "Expect:");
-  if (!secret->empty()) AddHeader(headers, "X-Weft-Signature: " + SignatureOf(*secret, *body));
+  if (!secret->empty()) AddHeader(headers, "X-Weft-Signature: " + SignatureOf(*secret, body));
   SetUpRequest(request.get(), server);
   std::string answer;
   char problem[CURL_ERROR_SIZE] = "";
   curl_easy_setopt(request.get(), CURLOPT_HTTPHEADER, headers.get());
-  curl_easy_setopt(request.get(), CURLOPT_POSTFIELDS, body->data());
-  curl_easy_setopt(request.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body->size()));
+  curl_easy_setopt(request.get(), CURLOPT_POSTFIELDS, body.data());
+  curl_easy_setopt(request.get(), CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
   curl_easy_setopt(request.get(), CURLOPT_WRITEDATA, &answer);
   curl_easy_setopt(request.get(), CURLOPT_XFERINFODATA, &stop);
   curl_easy_setopt(request.get(), CURLOPT_ERRORBUFFER, problem);

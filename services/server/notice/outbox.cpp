@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/file_facts.h"
@@ -28,7 +29,7 @@ Outbox::Outbox(OutboxOptions options, Deliver deliver)
     : options_(std::move(options)), deliver_(std::move(deliver)) {}
 
 absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(OutboxOptions options, Deliver deliver) {
-  if (absl::Status status = CreateFolders(options.folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.folder));
   std::unique_ptr<Outbox> outbox(new Outbox(std::move(options), std::move(deliver)));
   outbox->Load();
   for (int i = 0; i < outbox->options_.at_once; ++i) {
@@ -63,7 +64,7 @@ absl::Status Outbox::Put(const std::string& name, const std::string& body) {
     const std::lock_guard lock(mutex_);
     if (waiting_.contains(file)) return absl::OkStatus();
   }
-  if (absl::Status status = WriteFileAtomically(PathOf(file), body, 0600); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(PathOf(file), body, 0600));
   const std::lock_guard lock(mutex_);
   waiting_.try_emplace(file, Notice{Clock::now(), HostTime_ns()});
   changed_.notify_all();

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
@@ -21,19 +22,16 @@ using OnProgress = std::function<void(const std::string&, double)>;
 
 absl::StatusOr<BoardDetection> Detect(const CalibrationRequest& request, const CalibrationTarget& target,
                                       const OnProgress& on_progress) {
-  const absl::StatusOr<Rig> cameras = CamerasOfDump(request.dump);
-  if (!cameras.ok()) return cameras.status();
-  const absl::StatusOr<std::unique_ptr<FrameSource>> source =
-      OpenDump(request.dump, *cameras, request.mosaic);
-  if (!source.ok()) return source.status();
-  const absl::StatusOr<FrameRange> range =
-      FindFrameRange(request.frames, (*source)->frame_names(), request.dump);
-  if (!range.ok()) return range.status();
+  WEFT_ASSIGN_OR_RETURN(const Rig cameras, CamerasOfDump(request.dump));
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<FrameSource> source,
+                        OpenDump(request.dump, cameras, request.mosaic));
+  WEFT_ASSIGN_OR_RETURN(const FrameRange range,
+                        FindFrameRange(request.frames, source->frame_names(), request.dump));
   std::vector<size_t> frames;
-  for (size_t f = range->first; f < range->end; f += static_cast<size_t>(std::max(1, request.every)))
+  for (size_t f = range.first; f < range.end; f += static_cast<size_t>(std::max(1, request.every)))
     frames.push_back(f);
   std::mutex mutex;
-  return DetectBoards(**source, *cameras, target, request.detection, frames, [&](size_t done, size_t all) {
+  return DetectBoards(*source, cameras, target, request.detection, frames, [&](size_t done, size_t all) {
     const std::lock_guard lock(mutex);
     if (on_progress) on_progress("detect", static_cast<double>(done) / static_cast<double>(all));
   });
@@ -57,13 +55,11 @@ absl::Status Record(const CalibrationRequest& request, CalibrationResult* result
   result->rig.id = request.rig_id;
   CalibrationRecord& record = result->record;
   if (std::filesystem::exists(request.out)) {
-    const absl::StatusOr<Rig> before = ReadRig(request.out);
-    if (!before.ok()) return before.status();
-    const absl::StatusOr<std::optional<CalibrationRecord>> old = ReadCalibrationRecord(request.out);
-    if (!old.ok()) return old.status();
-    record.version = (old->has_value() ? (*old)->version : 0) + 1;
-    record.replaces = before->ContentHash();
-    if (result->rig.id.empty()) result->rig.id = before->id;
+    WEFT_ASSIGN_OR_RETURN(const Rig before, ReadRig(request.out));
+    WEFT_ASSIGN_OR_RETURN(const std::optional<CalibrationRecord> old, ReadCalibrationRecord(request.out));
+    record.version = (old.has_value() ? old->version : 0) + 1;
+    record.replaces = before.ContentHash();
+    if (result->rig.id.empty()) result->rig.id = before.id;
   }
   if (result->rig.id.empty()) result->rig.id = "rig";
   record.calibrated_utc = UtcText();
@@ -88,19 +84,16 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
   status.Update(request.checks.Validate());
   if (!status.ok()) return status;
   CalibrationResult result;
-  absl::StatusOr<CalibrationTarget> target = ReadTarget(request.target);
-  if (!target.ok()) return target.status();
-  result.target = *std::move(target);
+  WEFT_ASSIGN_OR_RETURN(CalibrationTarget target, ReadTarget(request.target));
+  result.target = std::move(target);
   std::optional<Rig> initial;
   if (!request.initial_rig.empty()) {
-    absl::StatusOr<Rig> rig = ReadRig(request.initial_rig);
-    if (!rig.ok()) return rig.status();
-    initial = *std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(request.initial_rig));
+    initial = std::move(rig);
   }
   const Stopwatch watch;
-  absl::StatusOr<BoardDetection> detection = Detect(request, result.target, on_progress);
-  if (!detection.ok()) return detection.status();
-  result.detection = *std::move(detection);
+  WEFT_ASSIGN_OR_RETURN(BoardDetection detection, Detect(request, result.target, on_progress));
+  result.detection = std::move(detection);
   result.detection_s = watch.Seconds();
   result.issues =
       CheckViews(result.target, result.detection.views, result.detection.sightings, request.checks);
@@ -131,13 +124,12 @@ std::string CalibrationReportPath(const std::string& out) {
 absl::Status WriteCalibration(const std::string& out, const CalibrationResult& result) {
   const std::filesystem::path folder = std::filesystem::path(out).parent_path();
   if (!folder.empty()) {
-    if (absl::Status status = CreateFolders(folder.string()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(folder.string()));
   }
-  const absl::StatusOr<std::string> json = CalibrationJson(result);
-  if (!json.ok()) return json.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string json, CalibrationJson(result));
   std::filesystem::path beside = CalibrationReportPath(out);
   absl::Status status = WriteFileAtomically(beside.string(), MakeCalibrationReport(result));
-  status.Update(WriteFileAtomically(beside.replace_extension(".json").string(), *json));
+  status.Update(WriteFileAtomically(beside.replace_extension(".json").string(), json));
   if (!status.ok() || !result.issues.empty()) return status;
   return WriteRig(out, result.rig, result.provenance, &result.record);
 }

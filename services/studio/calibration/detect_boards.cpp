@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "capture/calibration/moving_edges.h"
 #include "capture/image/image_header.h"
 #include "capture/take/image_folder.h"
@@ -43,10 +44,9 @@ absl::StatusOr<Rig> CamerasOfTake(const RecordedTake& take) {
 }
 
 absl::StatusOr<Rig> CamerasOfFolder(const std::string& folder) {
-  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder);
-  if (!images.ok()) return images.status();
+  WEFT_ASSIGN_OR_RETURN(const ImageFolder images, ListImageFolder(folder));
   std::map<std::string, absl::StatusOr<ImageHeader>, NaturalOrder> first;  // that can be read, where one can
-  for (const auto& [frame, cameras] : images->frames) {
+  for (const auto& [frame, cameras] : images.frames) {
     for (const auto& [camera, path] : cameras) {
       const auto known = first.find(camera);
       if (known == first.end() || !known->second.ok())
@@ -106,7 +106,7 @@ absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig
   for (const TagBoard& board : target.boards) families.insert(board.family);
   for (const ScaleBar& bar : target.scale_bars) families.insert(bar.family);
   const std::vector<std::string> names(families.begin(), families.end());
-  if (absl::Status status = TagDetector::Make(names, options).status(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(TagDetector::Make(names, options).status());
   Detectors detectors([&] { return *TagDetector::Make(names, options); });
 
   const size_t count = cameras.cameras.size();

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/agreement_proto.h"
 #include "services/formats/files/frame_folders.h"
 #include "services/formats/files/frame_paths.h"
@@ -22,24 +23,23 @@ namespace weft {
 namespace {
 
 absl::StatusOr<std::vector<std::string>> ChooseFrames(const RefinementRequest& request) {
-  absl::StatusOr<std::vector<std::string>> all = ListFrameFolders(request.result, FrameFile::kObservations);
-  if (!all.ok()) return all.status();
-  if (all->empty()) {
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> all,
+                        ListFrameFolders(request.result, FrameFile::kObservations));
+  if (all.empty()) {
     return absl::NotFoundError(absl::StrCat(
         request.result, ": no frame has an observations.csv; register the take with --observations"));
   }
   std::vector<std::string> chosen;
-  const size_t count = std::min(all->size(), static_cast<size_t>(request.frames));
-  for (size_t i = 0; i < count; ++i) chosen.push_back((*all)[i * all->size() / count]);
+  const size_t count = std::min(all.size(), static_cast<size_t>(request.frames));
+  for (size_t i = 0; i < count; ++i) chosen.push_back(all[i * all.size() / count]);
   return chosen;
 }
 
 absl::StatusOr<std::vector<ViewObservations>> ReadViews(const std::string& path, const Rig& rig,
                                                         double unknown_sigma_px) {
-  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
-  if (!images.ok()) return images.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<ImageObservations> images, ReadObservations(path));
   std::vector<ViewObservations> views;
-  for (ImageObservations& image : *images) {
+  for (ImageObservations& image : images) {
     const int camera = rig.IndexOf(image.image);
     if (camera < 0) {
       return absl::InvalidArgumentError(absl::StrCat(
@@ -62,13 +62,12 @@ struct Sights {
 
 absl::Status AddAgreement(const Rig& rig, const std::vector<ViewObservations>& views, const Cloud& cloud,
                           const TriangulationOptions& options, Sights* sights) {
-  const auto agreements = MeasureCameraAgreement(rig, views, cloud, options);
-  if (!agreements.ok()) return agreements.status();
+  WEFT_ASSIGN_OR_RETURN(const auto agreements, MeasureCameraAgreement(rig, views, cloud, options));
   v1::FrameReport& report = sights->reports.emplace_back();
   for (size_t c = 0; c < rig.cameras.size(); ++c) {
     v1::ViewReport& view = *report.add_views();
     view.set_camera(rig.cameras[c].id);
-    DescribeAgreement((*agreements)[c], rig, view);
+    DescribeAgreement(agreements[c], rig, view);
   }
   return absl::OkStatus();
 }
@@ -81,24 +80,23 @@ void DropApart(const std::vector<CameraStanding>& standings, std::vector<PointSi
 absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const std::string& frame,
                       Sights* sights) {
   const std::string path = FramePaths(request.result, frame).Of(FrameFile::kObservations);
-  const auto views = ReadViews(path, rig, request.sigma_px);
-  if (!views.ok()) return views.status();
+  WEFT_ASSIGN_OR_RETURN(const auto views, ReadViews(path, rig, request.sigma_px));
   TriangulationOptions options;
   options.consensus.inlier_radius_mm = request.radius_mm;
   // A knocked camera is far off in pixels, however precise its observations are.
   options.consensus.min_residual_px = request.solve.max_residual_px;
   options.two_view.accept = false;
-  const absl::StatusOr<Cloud> cloud = Triangulate(rig, *views, options);
+  const absl::StatusOr<Cloud> cloud = Triangulate(rig, views, options);
   if (!cloud.ok())
     return absl::Status(cloud.status().code(), absl::StrCat(path, ": ", cloud.status().message()));
-  if (absl::Status status = AddAgreement(rig, *views, *cloud, options, sights); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(AddAgreement(rig, views, *cloud, options, sights));
   const size_t step = std::max<size_t>(1, cloud->points.size() / request.points);
   std::map<BoardNode, int> index;
   for (size_t i = 0; i < cloud->points.size(); i += step) {
     index[cloud->points[i].node] = static_cast<int>(sights->points_mm.size());
     sights->points_mm.push_back(cloud->points[i].position_mm);
   }
-  for (const ViewObservations& view : *views) {
+  for (const ViewObservations& view : views) {
     for (const Observation& o : view.observations) {
       const auto point = index.find(o.node);
       if (point == index.end()) continue;
@@ -110,9 +108,8 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
 }
 
 absl::Status UpdateRecord(const RefinementRequest& request, RefinementResult* result) {
-  absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(request.rig);
-  if (!record.ok()) return record.status();
-  result->record = *std::move(record);
+  WEFT_ASSIGN_OR_RETURN(std::optional<CalibrationRecord> record, ReadCalibrationRecord(request.rig));
+  result->record = std::move(record);
   if (!result->record) return absl::OkStatus();
   ++result->record->version;
   result->record->replaces = result->before.ContentHash();
@@ -138,32 +135,30 @@ absl::Status RefinementRequest::Validate() const {
 
 absl::StatusOr<RefinementResult> RefineRigFromResult(const RefinementRequest& request,
                                                      const std::function<void(double)>& on_progress) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
-  absl::StatusOr<Rig> rig = ReadRig(request.rig);
-  if (!rig.ok()) return rig.status();
-  absl::StatusOr<std::vector<std::string>> frames = ChooseFrames(request);
-  if (!frames.ok()) return frames.status();
+  WEFT_RETURN_IF_ERROR(request.Validate());
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(request.rig));
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> frames, ChooseFrames(request));
   Sights sights;
-  for (size_t f = 0; f < frames->size(); ++f) {
-    if (absl::Status status = AddFrame(request, *rig, (*frames)[f], &sights); !status.ok()) return status;
-    if (on_progress) on_progress(0.7 * static_cast<double>(f + 1) / static_cast<double>(frames->size()));
+  for (size_t f = 0; f < frames.size(); ++f) {
+    WEFT_RETURN_IF_ERROR(AddFrame(request, rig, frames[f], &sights));
+    if (on_progress) on_progress(0.7 * static_cast<double>(f + 1) / static_cast<double>(frames.size()));
   }
   std::vector<CameraStanding> standings = FactsOf(sights.reports).cameras;
   DropApart(standings, &sights.sights);
-  absl::StatusOr<RefinedRig> refined = RefineRig(*rig, sights.points_mm, sights.sights, request.solve);
+  absl::StatusOr<RefinedRig> refined = RefineRig(rig, sights.points_mm, sights.sights, request.solve);
   if (!refined.ok()) {
     const CameraFault fault = FaultOf(standings);
     if (!fault.is_named) return refined.status();
     return absl::FailedPreconditionError(absl::StrCat(fault.reason, "; ", fault.remedy));
   }
   RefinementResult result;
-  result.before = *rig;
-  result.rig = *std::move(rig);
+  result.before = rig;
+  result.rig = std::move(rig);
   result.rig.cameras = refined->cameras;
   result.refined = *std::move(refined);
   result.standings = std::move(standings);
-  result.frames = *std::move(frames);
-  if (absl::Status status = UpdateRecord(request, &result); !status.ok()) return status;
+  result.frames = std::move(frames);
+  WEFT_RETURN_IF_ERROR(UpdateRecord(request, &result));
   result.provenance = absl::StrFormat(
       "rig %s (%s) refined from the cloth in %d frames of %s", result.before.id, result.before.ContentHash(),
       result.frames.size(), std::filesystem::path(request.result).lexically_normal().filename().string());

@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/rig_file.h"
@@ -17,12 +18,10 @@ absl::Status WriteRehearsal(const std::string& out, const CalibrationTarget& tar
                             const RehearsalOptions& options,
                             const std::function<void(size_t, size_t)>& on_image) {
   namespace fs = std::filesystem;
-  const absl::StatusOr<Rig> rig = MakeStudioRig("rehearsal", options.rig);
-  if (!rig.ok()) return rig.status();
-  const absl::StatusOr<MovedTarget> moved = MoveTarget(target, *rig, options.motion);
-  if (!moved.ok()) return moved.status();
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, MakeStudioRig("rehearsal", options.rig));
+  WEFT_ASSIGN_OR_RETURN(const MovedTarget moved, MoveTarget(target, rig, options.motion));
   absl::Status status = CreateFolders((fs::path(out) / "truth").string());
-  status.Update(WriteRig((fs::path(out) / "truth" / "rig.json").string(), *rig, "simulated"));
+  status.Update(WriteRig((fs::path(out) / "truth" / "rig.json").string(), rig, "simulated"));
   const auto folder_of = [&](size_t frame) {
     return fs::path(out) / absl::StrFormat("%04d", static_cast<int>(frame));
   };
@@ -30,13 +29,13 @@ absl::Status WriteRehearsal(const std::string& out, const CalibrationTarget& tar
     status.Update(CreateFolders(folder_of(frame).string()));
   if (!status.ok()) return status;
 
-  const size_t cameras = rig->cameras.size(), all = cameras * static_cast<size_t>(options.motion.frames);
+  const size_t cameras = rig.cameras.size(), all = cameras * static_cast<size_t>(options.motion.frames);
   std::mutex mutex;
   std::atomic<size_t> done = 0;
   tbb::parallel_for(size_t{0}, all, [&](size_t i) {
-    const CameraModel& camera = rig->cameras[i % cameras];
+    const CameraModel& camera = rig.cameras[i % cameras];
     const absl::StatusOr<Frame> image =
-        RenderBoards(*moved, static_cast<int>(i / cameras), camera, options.look);
+        RenderBoards(moved, static_cast<int>(i / cameras), camera, options.look);
     const absl::Status written =
         image.ok() ? WriteImageFile((folder_of(i / cameras) / (camera.id + ".png")).string(), *image)
                    : image.status();

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/calibration/tag_detection.h"
 #include "services/studio/print/vector_file.h"
 
@@ -26,7 +27,7 @@ struct BoardPage {
 };
 
 absl::StatusOr<BoardPage> LayOut(const TagBoard& board) {
-  if (absl::Status status = CalibrationTarget{"", {board}, {}}.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CalibrationTarget{"", {board}, {}}.Validate());
   const TagFamilyInfo family = *FindTagFamily(board.family);
   const double module = board.tag_mm / family.border_modules;
   const double quiet = module * (family.width_modules - family.border_modules) / 2;
@@ -35,8 +36,7 @@ absl::StatusOr<BoardPage> LayOut(const TagBoard& board) {
   page.width_mm = std::max(board.width_mm() + 2 * edge, kLineMm + 2 * edge);
   page.height_mm = board.height_mm() + 2 * edge + kFootMm;
   for (int tag = 0; tag < board.rows * board.cols; ++tag) {
-    const absl::StatusOr<std::vector<uint8_t>> modules = TagModules(board.family, board.tag_ids[tag]);
-    if (!modules.ok()) return modules.status();
+    WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> modules, TagModules(board.family, board.tag_ids[tag]));
     const Eigen::Vector3d corner = FlatCorner(board, 4 * tag);
     const double left = corner.x() + board.width_mm() / 2 + edge - quiet,
                  top = corner.y() + board.height_mm() / 2 + edge - quiet;
@@ -44,7 +44,7 @@ absl::StatusOr<BoardPage> LayOut(const TagBoard& board) {
     for (int y = 0; y < n; ++y) {
       for (int x = 0; x < n;) {  // runs of black modules
         int end = x;
-        while (end < n && (*modules)[y * n + end] == 0) ++end;
+        while (end < n && modules[y * n + end] == 0) ++end;
         if (end > x) page.black.push_back({left + x * module, top + y * module, (end - x) * module, module});
         x = end + 1;
       }
@@ -80,12 +80,11 @@ void Draw(const BoardPage& page, cairo_t* context) {
 }  // namespace
 
 absl::Status WriteBoardPrint(const TagBoard& board, const std::string& stem) {
-  const absl::StatusOr<BoardPage> page = LayOut(board);
-  if (!page.ok()) return page.status();
-  const PageSize size{page->width_mm, page->height_mm};
+  WEFT_ASSIGN_OR_RETURN(const BoardPage page, LayOut(board));
+  const PageSize size{page.width_mm, page.height_mm};
   absl::Status status = WritePdf(stem + ".pdf", absl::StrCat("weft calibration board ", board.id), {size},
-                                 [&](size_t, cairo_t* context) { Draw(*page, context); });
-  status.Update(WriteSvg(stem + ".svg", size, [&](cairo_t* context) { Draw(*page, context); }));
+                                 [&](size_t, cairo_t* context) { Draw(page, context); });
+  status.Update(WriteSvg(stem + ".svg", size, [&](cairo_t* context) { Draw(page, context); }));
   return status;
 }
 

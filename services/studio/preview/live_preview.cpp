@@ -14,6 +14,7 @@
 
 #include "base/host_clock.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/image/thumbnail.h"
 #include "pattern/board/board_index.h"
 #include "pattern/decoder.h"
@@ -97,8 +98,8 @@ class LivePreview::Impl {
   ~Impl() { static_cast<void>(End(Ending::kNow)); }
 
   absl::Status Start() {
-    if (absl::Status status = CreateFolders(options_.folder); !status.ok()) return status;
-    if (absl::Status status = Write(PreviewPage{}); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(options_.folder));
+    WEFT_RETURN_IF_ERROR(Write(PreviewPage{}));
     thread_ = std::thread([this] { Run(); });
     return absl::OkStatus();
   }
@@ -264,15 +265,14 @@ LivePreview::LivePreview(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 LivePreview::~LivePreview() = default;
 
 absl::StatusOr<std::unique_ptr<LivePreview>> LivePreview::Start(const LivePreviewOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   std::optional<BoardIndex> board;
   if (options.board) {
-    absl::StatusOr<BoardIndex> index = BoardIndex::Build(*options.board);
-    if (!index.ok()) return index.status();
-    board = *std::move(index);
+    WEFT_ASSIGN_OR_RETURN(BoardIndex index, BoardIndex::Build(*options.board));
+    board = std::move(index);
   }
   auto impl = std::make_unique<Impl>(options, std::move(board));
-  if (absl::Status status = impl->Start(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(impl->Start());
   return std::unique_ptr<LivePreview>(new LivePreview(std::move(impl)));
 }
 

@@ -11,6 +11,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/studio/print/print_drawing.h"
@@ -80,7 +81,7 @@ absl::StatusOr<std::vector<std::string>> WritePrintFiles(const Board& board, con
                                                          const std::string& path,
                                                          const PrintFileOptions& options,
                                                          const std::function<void(size_t)>& progress) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   const std::string ending = absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
   const bool tiff = ending == ".tif" || ending == ".tiff";
   if (ending != ".pdf" && ending != ".svg" && !tiff)
@@ -93,23 +94,21 @@ absl::StatusOr<std::vector<std::string>> WritePrintFiles(const Board& board, con
   if (ending == ".pdf") {
     std::vector<PageSize> pages;
     for (const PrintPage& page : layout.pages) pages.push_back({page.width_mm, page.height_mm});
-    absl::Status status = WritePdf(path, absl::StrCat("weft board ", board.ContentHash()), pages,
-                                   [&](size_t page, cairo_t* context) {
-                                     DrawPrintPage(board, layout, page + 1, context);
-                                     if (progress) progress(page + 1);
-                                   });
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WritePdf(path, absl::StrCat("weft board ", board.ContentHash()), pages,
+                                  [&](size_t page, cairo_t* context) {
+                                    DrawPrintPage(board, layout, page + 1, context);
+                                    if (progress) progress(page + 1);
+                                  }));
     return std::vector<std::string>{path};
   }
   std::vector<std::string> files;
   for (size_t k = 1; k <= layout.pages.size(); ++k) {
     files.push_back(PagePath(path, k));
     const PageSize size{layout.pages[k - 1].width_mm, layout.pages[k - 1].height_mm};
-    absl::Status status = tiff ? WriteTiff(board, layout, k, options.dpi, files.back())
-                               : WriteSvg(files.back(), size, [&](cairo_t* context) {
-                                   DrawPrintPage(board, layout, k, context);
-                                 });
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(tiff ? WriteTiff(board, layout, k, options.dpi, files.back())
+                              : WriteSvg(files.back(), size, [&](cairo_t* context) {
+                                  DrawPrintPage(board, layout, k, context);
+                                }));
     if (progress) progress(k);
   }
   return files;

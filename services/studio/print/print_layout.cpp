@@ -5,6 +5,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -48,13 +49,13 @@ absl::Status LayOutTiles(const Board& board, const PrintOptions& options, PrintL
   const double width = options.page_width_mm - side;
   const double height = options.page_height_mm > 0 ? options.page_height_mm - side - kPrintHeadMm
                                                    : board.rows * layout->cell_mm + 1;
-  const auto cols = TileSpans(board.cols, width, layout->cell_mm, options.overlap_mm, "width");
-  if (!cols.ok()) return cols.status();
-  const auto rows = TileSpans(board.rows, height, layout->cell_mm, options.overlap_mm, "height");
-  if (!rows.ok()) return rows.status();
-  for (size_t i = 0; i < rows->size(); ++i) {
-    for (size_t j = 0; j < cols->size(); ++j) {
-      const Span r = (*rows)[i], c = (*cols)[j];
+  WEFT_ASSIGN_OR_RETURN(const auto cols,
+                        TileSpans(board.cols, width, layout->cell_mm, options.overlap_mm, "width"));
+  WEFT_ASSIGN_OR_RETURN(const auto rows,
+                        TileSpans(board.rows, height, layout->cell_mm, options.overlap_mm, "height"));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    for (size_t j = 0; j < cols.size(); ++j) {
+      const Span r = rows[i], c = cols[j];
       PrintPiece piece{
           .label = absl::StrCat("tile ", i + 1, ".", j + 1, ": rows ", r.first, " to ", r.first + r.count - 1,
                                 ", columns ", c.first, " to ", c.first + c.count - 1),
@@ -64,8 +65,8 @@ absl::Status LayOutTiles(const Board& board, const PrintOptions& options, PrintL
           .col = c.first,
           .rows = r.count,
           .cols = c.count};
-      piece.mark_rows = MarksOf(*rows, i);
-      piece.mark_cols = MarksOf(*cols, j);
+      piece.mark_rows = MarksOf(rows, i);
+      piece.mark_cols = MarksOf(cols, j);
       const double h = piece.y_mm + r.count * layout->cell_mm + kPrintGapMm + options.margin_mm;
       const double w = std::max(piece.x_mm * 2 + c.count * layout->cell_mm, 0.0);
       layout->pages.push_back({std::min(options.page_width_mm, std::max(w, kMinPrintWidthMm)),
@@ -155,8 +156,8 @@ absl::Status PrintOptions::Validate() const {
 }
 
 absl::StatusOr<PrintLayout> LayOutBoard(const Board& board, const PrintOptions& options) {
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(board.Validate());
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (!(board.cell_mm > 0))
     return Bad(absl::StrCat("board ", board.id, " has no cell_mm; give the pitch of its cells (--cell-mm)"));
   PrintLayout layout;
@@ -168,8 +169,7 @@ absl::StatusOr<PrintLayout> LayOutBoard(const Board& board, const PrintOptions& 
                             " mm"));
   layout.allowance_cells = static_cast<int>(std::ceil(options.seam_allowance_mm / board.cell_mm - 1e-9));
   const bool panels = options.panels && !board.panels.empty();
-  absl::Status status = panels ? LayOutPanels(board, options, &layout) : LayOutTiles(board, options, &layout);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(panels ? LayOutPanels(board, options, &layout) : LayOutTiles(board, options, &layout));
   return layout;
 }
 

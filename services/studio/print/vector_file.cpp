@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -50,8 +51,7 @@ absl::Status WritePdf(const std::string& path, const std::string& title, const s
   for (size_t i = 0; i < pages.size(); ++i) {
     cairo_pdf_surface_set_size(surface.get(), pages[i].width_mm * kPointsPerMm,
                                pages[i].height_mm * kPointsPerMm);
-    absl::Status status = DrawPage(surface.get(), path, [&](cairo_t* context) { draw(i, context); });
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(DrawPage(surface.get(), path, [&](cairo_t* context) { draw(i, context); }));
   }
   return Finish(surface.get(), bytes, path);
 }
@@ -63,7 +63,7 @@ absl::Status WriteSvg(const std::string& path, const PageSize& page,
                                                             page.height_mm * kPointsPerMm),
                         &cairo_surface_destroy);
   cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PT);
-  if (absl::Status status = DrawPage(surface.get(), path, draw); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(DrawPage(surface.get(), path, draw));
   return Finish(surface.get(), bytes, path);
 }
 

@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/take/take_files.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -94,20 +95,19 @@ void SayLater(const std::string& why, v1::RecorderState& state) {
 
 absl::Status StartRecorder(const std::string& program, const std::string& folder,
                            const v1::RecorderRequest& request) {
-  if (absl::Status status = CheckSession(request.session(), "session"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckSession(request.session(), "session"));
   if (request.seconds() < 0) {
     return absl::InvalidArgumentError("seconds: is negative; give 0 to record until it is stopped");
   }
   const RecorderFiles files(folder);
-  if (absl::Status status = WriteJsonFile(files.request, request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(files.request, request));
   return Spawn(program, folder, files);
 }
 
 absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder) {
   const RecorderFiles files(folder);
   RecorderView view;
-  if (absl::Status status = ReadJsonFile(files.request, view.request, kSmallJson); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(files.request, view.request, kSmallJson));
   // In this order: one that ends in between has written its last state before it let go.
   view.lives = ProcessOf(files) != 0;
   const absl::Status status = ReadJsonFile(files.state, view.state, kSmallJson);

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/json_file.h"
 #include "services/studio/recorder/recorder_files.h"
@@ -68,9 +69,8 @@ absl::StatusOr<std::vector<std::string>> TestDiskOf(const std::string& folder,
                                                     const LiveRecordingOptions& recording) {
   const std::optional<double> rate = DataRate_bytes_per_s(cameras, recording);
   if (!rate) return std::vector<std::string>();
-  const absl::StatusOr<DiskSpeed> speed = MeasureDiskSpeed(folder, DiskTestBytes(*rate));
-  if (!speed.ok()) return speed.status();
-  return AssessDisk(*speed, *rate, recording);
+  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed, MeasureDiskSpeed(folder, DiskTestBytes(*rate)));
+  return AssessDisk(speed, *rate, recording);
 }
 
 // Room on the disk for the last state, which says why a take ended on a full one.
@@ -87,16 +87,14 @@ void GiveRoom(const RecorderFiles& files) {
 absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1::RecorderState& state) {
   const RecorderFiles files(folder);
   v1::RecorderRequest request;
-  if (absl::Status status = ReadJsonFile(files.request, request); !status.ok()) return status;
-  absl::StatusOr<LiveRecordingOptions> recording = RecordingOptionsOf(request.session());
-  if (!recording.ok()) return recording.status();
-  recording->seconds = request.seconds();
-  const auto cameras = OpenCameras(request.session());
-  if (!cameras.ok()) return cameras.status();
-  for (const auto& camera : *cameras) state.add_cameras()->set_id(camera->camera_id());
-  for (const std::string& warning : ClockWarnings(*cameras)) state.add_warnings(warning);
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(files.request, request));
+  WEFT_ASSIGN_OR_RETURN(LiveRecordingOptions recording, RecordingOptionsOf(request.session()));
+  recording.seconds = request.seconds();
+  WEFT_ASSIGN_OR_RETURN(const auto cameras, OpenCameras(request.session()));
+  for (const auto& camera : cameras) state.add_cameras()->set_id(camera->camera_id());
+  for (const std::string& warning : ClockWarnings(cameras)) state.add_warnings(warning);
   if (!request.no_disk_test()) {
-    const absl::StatusOr<std::vector<std::string>> warnings = TestDiskOf(folder, *cameras, *recording);
+    const absl::StatusOr<std::vector<std::string>> warnings = TestDiskOf(folder, cameras, recording);
     if (!warnings.ok()) {
       return absl::Status(warnings.status().code(), absl::StrCat(folder, ": ", warnings.status().message(),
                                                                  "; no_disk_test records all the same"));
@@ -111,12 +109,11 @@ absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1
     ShowState(files, state);
     shown = {};
   };
-  const absl::StatusOr<v1::Take> take = RecordLive(files.take, *cameras, *recording, stop, show);
-  if (!take.ok()) return take.status();
-  state.set_message(take->stop_cause());
-  state.set_sets_recorded(take->sets_recorded());
-  state.set_sets_dropped(take->sets_dropped());
-  state.set_frames_missing(take->frames_missing());
+  WEFT_ASSIGN_OR_RETURN(const v1::Take take, RecordLive(files.take, cameras, recording, stop, show));
+  state.set_message(take.stop_cause());
+  state.set_sets_recorded(take.sets_recorded());
+  state.set_sets_dropped(take.sets_dropped());
+  state.set_frames_missing(take.frames_missing());
   return absl::OkStatus();
 }
 

@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 
 namespace weft {
@@ -129,9 +130,8 @@ std::string ClockLogFile(const std::string& take) {
 
 absl::Status ClockLog::Open(const std::string& take) {
   const std::lock_guard lock(mutex_);
-  absl::StatusOr<PosixFile> file = PosixFile::Open(ClockLogFile(take), O_RDWR | O_CREAT | O_TRUNC);
-  if (!file.ok()) return file.status();
-  file_.emplace(*std::move(file));
+  WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(ClockLogFile(take), O_RDWR | O_CREAT | O_TRUNC));
+  file_.emplace(std::move(file));
   pending_ = std::string(kHeading) + "\n";
   written_bytes_ = readings_ = 0;
   checksum_ = ChecksumOfStart();
@@ -139,8 +139,7 @@ absl::Status ClockLog::Open(const std::string& take) {
 }
 
 absl::Status ClockLog::WritePending() {
-  if (absl::Status status = file_->WriteAt(pending_.data(), pending_.size(), written_bytes_); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(file_->WriteAt(pending_.data(), pending_.size(), written_bytes_));
   written_bytes_ += pending_.size();
   pending_.clear();
   return absl::OkStatus();
@@ -189,11 +188,9 @@ void ClockLog::Distrust(size_t camera) {
 }
 
 absl::StatusOr<ParsedClockLog> ParseClockLog(const std::string& take) {
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(ClockLogFile(take), O_RDONLY);
-  if (!file.ok()) return file.status();
-  const absl::StatusOr<std::string> bytes = file->ReadAll();
-  if (!bytes.ok()) return bytes.status();
-  std::string_view text = *bytes;
+  WEFT_ASSIGN_OR_RETURN(const PosixFile file, PosixFile::Open(ClockLogFile(take), O_RDONLY));
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, file.ReadAll());
+  std::string_view text = bytes;
   const std::string_view heading = text.substr(0, text.find('\n'));
   if (heading != kHeading && heading != kOldHeading)
     return absl::DataLossError(absl::StrCat(ClockLogFile(take), ": is no log of clocks"));

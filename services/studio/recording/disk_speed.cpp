@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/file/posix_file.h"
 #include "capture/image/aligned_buffer.h"
@@ -20,16 +21,16 @@ namespace {
 constexpr uint64_t kPieceBytes = uint64_t{8} << 20;
 
 absl::Status WriteAll(PosixFile& file, uint64_t bytes, DiskSpeed& speed) {
-  if (absl::Status status = file.Preallocate(0, bytes); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(file.Preallocate(0, bytes));
   AlignedBuffer piece(kPieceBytes);
   std::memset(piece.data(), 0xa5, kPieceBytes);
   const Stopwatch watch;
   for (uint64_t at = 0; at < bytes; at += kPieceBytes) {
     const Stopwatch write_watch;
-    if (absl::Status status = file.WriteAt(piece.data(), kPieceBytes, at); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(file.WriteAt(piece.data(), kPieceBytes, at));
     speed.slowest_write_ms = std::max(speed.slowest_write_ms, write_watch.Ms());
   }
-  if (absl::Status status = file.SyncData(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(file.SyncData());
   speed.bytes_per_s = static_cast<double>(bytes) / watch.Seconds();
   return absl::OkStatus();
 }

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/studio/recording/take_file.h"
 #include "services/studio/recording/take_words.h"
@@ -185,8 +186,7 @@ FrameSetOptions WithArrivalTimes(const std::vector<std::unique_ptr<CameraSource>
 
 // All, or none.
 absl::Status StartAll(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
-  for (const auto& camera : cameras)
-    if (absl::Status status = camera->Prepare(); !status.ok()) return status;
+  for (const auto& camera : cameras) WEFT_RETURN_IF_ERROR(camera->Prepare());
   for (const auto& camera : cameras) {
     if (absl::Status status = camera->Start(); !status.ok()) {
       StopAll(cameras);
@@ -214,12 +214,13 @@ class LiveTake {
       threads_.emplace_back([this, i] { Pump(*cameras_[i], i, stopping_, running_, sets_); });
     if (!options_.trigger.IsOurs()) return absl::OkStatus();
     WaitForClocks();
-    auto triggers = TriggerSender::Start(
-        cameras_, options_.trigger, clocks_, [this](size_t camera, const std::string& what) {
-          recorder_.Note(ids_[camera], absl::StrCat("trigger not sent: ", what));
-        });
-    if (!triggers.ok()) return triggers.status();
-    triggers_ = *std::move(triggers);
+    WEFT_ASSIGN_OR_RETURN(auto triggers, TriggerSender::Start(cameras_, options_.trigger, clocks_,
+                                                              [this](size_t camera, const std::string& what) {
+                                                                recorder_.Note(
+                                                                    ids_[camera],
+                                                                    absl::StrCat("trigger not sent: ", what));
+                                                              }));
+    triggers_ = std::move(triggers);
     return absl::OkStatus();
   }
 
@@ -341,10 +342,10 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const std::vector<std::unique_ptr<CameraSource>>& cameras,
                                     const LiveRecordingOptions& given, const std::atomic<bool>& stop,
                                     const std::function<void(const LiveRecordingState&)>& report) {
-  if (absl::Status status = given.sets.Validate(); !status.ok()) return status;
-  if (absl::Status status = given.trigger.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckRoom(folder, given.recorder.low_disk_bytes); !status.ok()) return status;
-  if (absl::Status status = StartAll(cameras); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(given.sets.Validate());
+  WEFT_RETURN_IF_ERROR(given.trigger.Validate());
+  WEFT_RETURN_IF_ERROR(CheckRoom(folder, given.recorder.low_disk_bytes));
+  WEFT_RETURN_IF_ERROR(StartAll(cameras));
   LiveRecordingOptions options = given;
   options.sets = WithArrivalTimes(cameras, given.sets);
   options.trigger.clocks = options.sets.clocks;

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/thumbnail.h"
 #include "capture/take/recorded_take.h"
 #include "services/ground/process/ffmpeg_process.h"
@@ -66,12 +67,11 @@ absl::StatusOr<int> CellHeight_px(const RecordedTake& take, int width_px) {
   for (size_t camera = 0; camera < take.camera_ids().size(); ++camera)
     for (const IndexRecord& record : take.stream(camera).records()) {
       if (record.is_missing) continue;
-      const absl::StatusOr<ChunkHeader> header = take.stream(camera).ReadHeader(record);
-      if (!header.ok()) return header.status();
-      const int64_t half_px = int64_t{header->height_px} * width_px / header->width_px / 2;
+      WEFT_ASSIGN_OR_RETURN(const ChunkHeader header, take.stream(camera).ReadHeader(record));
+      const int64_t half_px = int64_t{header.height_px} * width_px / header.width_px / 2;
       if (half_px > kMaxCameraSide_px / 2) {
         return absl::InvalidArgumentError(absl::StrCat(
-            "camera ", take.camera_ids()[camera], ": frames of ", header->width_px, "x", header->height_px,
+            "camera ", take.camera_ids()[camera], ": frames of ", header.width_px, "x", header.height_px,
             " px would be higher than ", kMaxCameraSide_px, " px in the video; ask for narrower pictures"));
       }
       return 2 * std::max<int>(1, static_cast<int>(half_px));
@@ -98,16 +98,16 @@ void Draw(const RecordedTake& take, size_t set, int width_px, int height_px, Gri
 absl::Status WriteVideo(const RecordedTake& take, int width_px, int height_px, const std::string& file,
                         const CopyProgress& progress) {
   Grid grid(take.camera_ids().size(), width_px, height_px);
-  absl::StatusOr<FfmpegProcess> ffmpeg = FfmpegProcess::Start(
-      {"-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", grid.Size(), "-framerate",
-       VideoRate(PeriodOf_ns(take)), "-i", "pipe:0", "-pix_fmt", "yuv420p", FileArgument(file)});
-  if (!ffmpeg.ok()) return ffmpeg.status();
+  WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg,
+                        FfmpegProcess::Start({"-f", "rawvideo", "-pixel_format", "rgb24", "-video_size",
+                                              grid.Size(), "-framerate", VideoRate(PeriodOf_ns(take)), "-i",
+                                              "pipe:0", "-pix_fmt", "yuv420p", FileArgument(file)}));
   for (size_t set = 0; set < take.sets().size(); ++set) {
     Draw(take, set, width_px, height_px, grid);
-    if (absl::Status status = ffmpeg->Write(grid.data(), grid.bytes()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(ffmpeg.Write(grid.data(), grid.bytes()));
     if (progress) progress(set + 1, take.sets().size());
   }
-  return ffmpeg->Finish();
+  return ffmpeg.Finish();
 }
 
 }  // namespace
@@ -118,22 +118,20 @@ absl::StatusOr<uint64_t> ExportProxy(const std::string& take, const std::string&
     return absl::InvalidArgumentError(absl::StrCat(
         out, ": a proxy video is one file, and its ending says which kind; end the name in .mp4 or .mkv"));
   }
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
-  if (!recorded.ok()) return recorded.status();
-  const int cols = Grid::ColsOf((*recorded)->camera_ids().size());
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RecordedTake> recorded, RecordedTake::Open(take));
+  const int cols = Grid::ColsOf(recorded->camera_ids().size());
   int width_px = options.camera_width_px;
   if (width_px == 0) width_px = std::clamp(kMaxWidth_px / cols, 16, kMaxCameraWidth_px);
   if (width_px < 16 || width_px > kMaxCameraSide_px)
     return absl::InvalidArgumentError(
         absl::StrCat("a camera's picture must be 16 to ", kMaxCameraSide_px, " px wide"));
   width_px = width_px / 2 * 2;
-  const absl::StatusOr<int> height_px = CellHeight_px(**recorded, width_px);
-  if (!height_px.ok()) return height_px.status();
+  WEFT_ASSIGN_OR_RETURN(const int height_px, CellHeight_px(*recorded, width_px));
   // The ending stays: it tells ffmpeg what to write.
   const fs::path path(out);
   const fs::path unfinished =
       path.parent_path() / (path.stem().string() + ".unfinished" + path.extension().string());
-  absl::Status status = WriteVideo(**recorded, width_px, *height_px, unfinished.string(), progress);
+  absl::Status status = WriteVideo(*recorded, width_px, height_px, unfinished.string(), progress);
   std::error_code error;
   if (status.ok()) fs::rename(unfinished, path, error);
   if (error) status = absl::UnavailableError(absl::StrCat(out, ": ", error.message()));
@@ -141,7 +139,7 @@ absl::StatusOr<uint64_t> ExportProxy(const std::string& take, const std::string&
     fs::remove(unfinished, error);
     return status;
   }
-  return (*recorded)->sets().size();
+  return recorded->sets().size();
 }
 
 }  // namespace weft

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/studio/recording/set_fault.h"
 
@@ -288,13 +289,12 @@ absl::StatusOr<std::unique_ptr<Recorder>> Recorder::Start(const std::string& fol
                                                           const std::vector<std::string>& camera_ids,
                                                           const RecorderOptions& options,
                                                           Acknowledged acknowledged) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   TakeWriterOptions files = options.take;
   files.stream.keep_free_bytes = options.low_disk_bytes;
   files.stream.streams = camera_ids.size();
-  auto take = TakeWriter::Create(folder, camera_ids, files);
-  if (!take.ok()) return take.status();
-  auto shared = std::make_shared<Shared>(*std::move(take), options, std::move(acknowledged));
+  WEFT_ASSIGN_OR_RETURN(auto take, TakeWriter::Create(folder, camera_ids, files));
+  auto shared = std::make_shared<Shared>(std::move(take), options, std::move(acknowledged));
   shared->writers_running = shared->queues.size();
   shared->flusher_running = true;
   for (size_t i = 0; i < shared->queues.size(); ++i)

@@ -9,6 +9,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/camera/gige_camera.h"
 #include "capture/camera/v4l2_camera.h"
 #include "capture/take/replay.h"
@@ -161,7 +162,7 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
   sets.start_wait_ns = kStartWait_ns;
   sets.drop_incomplete = session.drop_incomplete();
   if (session.clocks() == v1::SESSION_CLOCKS_ESTIMATED) sets.clocks = ClockDomain::kEstimated;
-  if (absl::Status status = AddTiming(session, sets); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(AddTiming(session, sets));
   options.recorder.take.stream.compress = session.compress();
   if (session.queue_mib() > 0)
     options.recorder.queue_bytes = static_cast<uint64_t>(session.queue_mib()) << 20;
@@ -174,8 +175,8 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
   options.trigger.clocks = sets.clocks;
   if (session.trigger().lead_ms() != 0)
     options.trigger.lead_ns = std::llround(1e6 * session.trigger().lead_ms());
-  if (absl::Status status = options.trigger.Validate(); !status.ok()) return status;
-  if (absl::Status status = sets.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.trigger.Validate());
+  WEFT_RETURN_IF_ERROR(sets.Validate());
   return options;
 }
 
@@ -242,11 +243,10 @@ absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> OpenCameras(const v1:
   std::vector<std::unique_ptr<CameraSource>> cameras;
   Replays replays;
   for (const v1::SessionCamera& camera : session.cameras()) {
-    auto source = camera.has_replay() ? OpenReplay(camera, replays)
-                  : camera.has_v4l2() ? OpenV4l2(session, camera)
-                                      : OpenGige(session, camera);
-    if (!source.ok()) return source.status();
-    cameras.push_back(*std::move(source));
+    WEFT_ASSIGN_OR_RETURN(auto source, camera.has_replay() ? OpenReplay(camera, replays)
+                                       : camera.has_v4l2() ? OpenV4l2(session, camera)
+                                                           : OpenGige(session, camera));
+    cameras.push_back(std::move(source));
   }
   return cameras;
 }

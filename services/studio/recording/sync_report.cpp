@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/recording/clock_log.h"
@@ -205,34 +206,32 @@ v1::Verdict AssessSync(const v1::TakeInfo& info, const v1::SyncReport& report) {
 }  // namespace
 
 absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
-  absl::StatusOr<v1::TakeInfo> info = DescribeTake(path);
-  if (!info.ok()) return info.status();
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(path);
-  if (!take.ok()) return take.status();
-  const std::vector<LoggedReading> readings = ReadClockLog(path, {info->take().clocks_checksum()}).readings;
+  WEFT_ASSIGN_OR_RETURN(v1::TakeInfo info, DescribeTake(path));
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RecordedTake> take, RecordedTake::Open(path));
+  const std::vector<LoggedReading> readings = ReadClockLog(path, {info.take().clocks_checksum()}).readings;
   SyncAnalysis out;
   v1::SyncReport& report = out.report;
   report.set_path(path);
-  *report.mutable_take() = info->take();
-  report.set_sets(info->sets());
-  *report.mutable_timing() = info->timing();
-  *report.mutable_causes() = info->causes();
-  *report.mutable_notes() = info->notes();
-  const CommonTimes times(**take, readings, info->take());
-  for (size_t camera = 0; camera < (*take)->camera_ids().size(); ++camera) {
-    const std::string& id = (*take)->camera_ids()[camera];
+  *report.mutable_take() = info.take();
+  report.set_sets(info.sets());
+  *report.mutable_timing() = info.timing();
+  *report.mutable_causes() = info.causes();
+  *report.mutable_notes() = info.notes();
+  const CommonTimes times(*take, readings, info.take());
+  for (size_t camera = 0; camera < take->camera_ids().size(); ++camera) {
+    const std::string& id = take->camera_ids()[camera];
     std::string problem;
-    for (const v1::TakeCamera& described : info->take().cameras())
+    for (const v1::TakeCamera& described : info.take().cameras())
       if (described.id() == id) problem = described.clock_problem();
     if (problem.empty() && times.AreReadingsWrong(camera))
       problem = "its readings contradict the times of its frames";
     out.series.push_back({id, {}, {}, {}});
     DescribeClock(id, readings, problem, out);
   }
-  DescribeSets(**take, times, out);
-  CountJumps(**take, report);
-  FindFaults(**take, report);
-  *report.mutable_verdict() = AssessSync(*info, report);
+  DescribeSets(*take, times, out);
+  CountJumps(*take, report);
+  FindFaults(*take, report);
+  *report.mutable_verdict() = AssessSync(info, report);
   return out;
 }
 

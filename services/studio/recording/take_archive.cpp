@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/unfinished_folder.h"
@@ -62,9 +63,8 @@ absl::StatusOr<CameraFrames> FramesOf(const RecordedTake& take, size_t camera) {
       "video_frame,set,device_time_ns,host_time_ns,device_frame_id,pixel_format,width_px,height_px\n";
   for (const IndexRecord& record : frames.stream->records()) {
     if (record.is_missing) continue;
-    const absl::StatusOr<ChunkHeader> header = frames.stream->ReadHeader(record);
-    if (!header.ok()) return header.status();
-    const absl::StatusOr<VideoLayout> layout = LayoutOf(*header);
+    WEFT_ASSIGN_OR_RETURN(const ChunkHeader header, frames.stream->ReadHeader(record));
+    const absl::StatusOr<VideoLayout> layout = LayoutOf(header);
     if (!layout.ok())
       return absl::InvalidArgumentError(
           absl::StrCat("camera ", frames.camera_id, ": ", layout.status().message()));
@@ -74,9 +74,9 @@ absl::StatusOr<CameraFrames> FramesOf(const RecordedTake& take, size_t camera) {
                                                      "; export the parts (`weft take trim`)"));
     }
     frames.layout = *layout;
-    absl::StrAppend(&frames.list, frames.records.size(), ",", header->set, ",", header->device_time_ns, ",",
-                    header->host_time_ns, ",", header->device_frame_id, ",",
-                    std::string(RawFormatName(header->format)), ",", header->width_px, ",", header->height_px,
+    absl::StrAppend(&frames.list, frames.records.size(), ",", header.set, ",", header.device_time_ns, ",",
+                    header.host_time_ns, ",", header.device_frame_id, ",",
+                    std::string(RawFormatName(header.format)), ",", header.width_px, ",", header.height_px,
                     "\n");
     frames.records.push_back(&record);
   }
@@ -89,68 +89,63 @@ absl::Status Encode(const CameraFrames& frames, const std::string& rate, const s
                     const FrameDone& done) {
   const VideoLayout& layout = frames.layout;
   const std::string size = absl::StrCat(layout.width_px, "x", layout.height_px);
-  absl::StatusOr<FfmpegProcess> ffmpeg = FfmpegProcess::Start({"-f",
-                                                               "rawvideo",
-                                                               "-pixel_format",
-                                                               layout.pixels,
-                                                               "-video_size",
-                                                               size,
-                                                               "-framerate",
-                                                               rate,
-                                                               "-i",
-                                                               "pipe:0",
-                                                               "-fps_mode",
-                                                               "passthrough",
-                                                               "-c:v",
-                                                               "ffv1",
-                                                               "-level",
-                                                               "3",
-                                                               "-g",
-                                                               "1",
-                                                               "-slicecrc",
-                                                               "1",
-                                                               "-pix_fmt",
-                                                               layout.coded_as,
-                                                               "-f",
-                                                               "matroska",
-                                                               FileArgument(file)});
-  if (!ffmpeg.ok()) return ffmpeg.status();
+  WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg, FfmpegProcess::Start({"-f",
+                                                                    "rawvideo",
+                                                                    "-pixel_format",
+                                                                    layout.pixels,
+                                                                    "-video_size",
+                                                                    size,
+                                                                    "-framerate",
+                                                                    rate,
+                                                                    "-i",
+                                                                    "pipe:0",
+                                                                    "-fps_mode",
+                                                                    "passthrough",
+                                                                    "-c:v",
+                                                                    "ffv1",
+                                                                    "-level",
+                                                                    "3",
+                                                                    "-g",
+                                                                    "1",
+                                                                    "-slicecrc",
+                                                                    "1",
+                                                                    "-pix_fmt",
+                                                                    layout.coded_as,
+                                                                    "-f",
+                                                                    "matroska",
+                                                                    FileArgument(file)}));
   for (const IndexRecord* record : frames.records) {
-    const absl::StatusOr<RawFrame> frame = frames.stream->Read(*record);
-    if (!frame.ok()) return frame.status();
-    const absl::Status written = ffmpeg->Write(frame->bytes->data(), frame->bytes->size());
-    if (!written.ok()) return written;
+    WEFT_ASSIGN_OR_RETURN(const RawFrame frame, frames.stream->Read(*record));
+    WEFT_RETURN_IF_ERROR(ffmpeg.Write(frame.bytes->data(), frame.bytes->size()));
     done();
   }
-  return ffmpeg->Finish();
+  return ffmpeg.Finish();
 }
 
 absl::Status Check(const CameraFrames& frames, const std::string& file, const FrameDone& done) {
-  absl::StatusOr<FfmpegProcess> ffmpeg =
-      FfmpegProcess::Start({"-i", FileArgument(file), "-fps_mode", "passthrough", "-f", "rawvideo",
-                            "-pix_fmt", frames.layout.pixels, "pipe:1"});
-  if (!ffmpeg.ok()) return ffmpeg.status();
+  WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg,
+                        FfmpegProcess::Start({"-i", FileArgument(file), "-fps_mode", "passthrough", "-f",
+                                              "rawvideo", "-pix_fmt", frames.layout.pixels, "pipe:1"}));
   std::vector<uint8_t> decoded;
   for (const IndexRecord* record : frames.records) {
-    const absl::StatusOr<RawFrame> frame = frames.stream->Read(*record);
-    if (!frame.ok()) return frame.status();
-    decoded.resize(frame->bytes->size());
-    const absl::Status status = ffmpeg->Read(decoded.data(), decoded.size());
-    if (!status.ok() || std::memcmp(decoded.data(), frame->bytes->data(), decoded.size()) != 0) {
+    WEFT_ASSIGN_OR_RETURN(const RawFrame frame, frames.stream->Read(*record));
+    decoded.resize(frame.bytes->size());
+    const absl::Status status = ffmpeg.Read(decoded.data(), decoded.size());
+    if (!status.ok() || std::memcmp(decoded.data(), frame.bytes->data(), decoded.size()) != 0) {
       return absl::DataLossError(absl::StrCat(file, ": does not give back the frame of set ", record->set,
                                               status.ok() ? "" : ": ", status.message()));
     }
     done();
   }
-  return ffmpeg->Finish();
+  return ffmpeg.Finish();
 }
 
 absl::Status ExportCamera(const CameraFrames& frames, const std::string& rate, const std::string& out,
                           const FrameDone& done) {
   const std::string base = (fs::path(out) / frames.camera_id).string();
-  if (absl::Status status = WriteFileAtomically(base + ".csv", frames.list); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(base + ".csv", frames.list));
   if (frames.records.empty()) return absl::OkStatus();
-  if (absl::Status status = Encode(frames, rate, base + ".mkv", done); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Encode(frames, rate, base + ".mkv", done));
   return Check(frames, base + ".mkv", done);
 }
 
@@ -164,30 +159,24 @@ absl::Status CopyWhereItExists(const fs::path& from, const fs::path& to) {
 
 absl::StatusOr<uint64_t> ExportArchive(const std::string& take, const std::string& out,
                                        const CopyProgress& progress) {
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
-  if (!recorded.ok()) return recorded.status();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RecordedTake> recorded, RecordedTake::Open(take));
   std::vector<CameraFrames> cameras;
   uint64_t total = 0, done = 0;
-  for (size_t camera = 0; camera < (*recorded)->camera_ids().size(); ++camera) {
-    absl::StatusOr<CameraFrames> frames = FramesOf(**recorded, camera);
-    if (!frames.ok()) return frames.status();
-    total += frames->records.size();
-    cameras.push_back(*std::move(frames));
+  for (size_t camera = 0; camera < recorded->camera_ids().size(); ++camera) {
+    WEFT_ASSIGN_OR_RETURN(CameraFrames frames, FramesOf(*recorded, camera));
+    total += frames.records.size();
+    cameras.push_back(std::move(frames));
   }
-  absl::StatusOr<UnfinishedFolder> whole = UnfinishedFolder::Begin(out);
-  if (!whole.ok()) return whole.status();
+  WEFT_ASSIGN_OR_RETURN(UnfinishedFolder whole, UnfinishedFolder::Begin(out));
   for (const char* file : {"take.json", "ledger.csv", "clocks.csv"})
-    if (absl::Status status = CopyWhereItExists(fs::path(take) / file, fs::path(whole->path()) / file);
-        !status.ok())
-      return status;
-  const std::string rate = VideoRate(PeriodOf_ns(**recorded));
+    WEFT_RETURN_IF_ERROR(CopyWhereItExists(fs::path(take) / file, fs::path(whole.path()) / file));
+  const std::string rate = VideoRate(PeriodOf_ns(*recorded));
   for (const CameraFrames& frames : cameras) {
-    const absl::Status status = ExportCamera(frames, rate, whole->path(), [&] {
+    WEFT_RETURN_IF_ERROR(ExportCamera(frames, rate, whole.path(), [&] {
       if (progress) progress(++done, 2 * total);
-    });
-    if (!status.ok()) return status;
+    }));
   }
-  if (absl::Status status = whole->Publish(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(whole.Publish());
   return total;
 }
 

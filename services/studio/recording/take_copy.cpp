@@ -13,6 +13,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "capture/take/frame_number.h"
 #include "capture/take/frame_times.h"
@@ -38,15 +39,13 @@ class TakeCopy {
       return absl::AlreadyExistsError(
           absl::StrCat(out, ": holds a take; choose another folder, takes are kept"));
     }
-    absl::StatusOr<UnfinishedFolder> folder = UnfinishedFolder::Begin(out);
-    if (!folder.ok()) return folder.status();
+    WEFT_ASSIGN_OR_RETURN(UnfinishedFolder folder, UnfinishedFolder::Begin(out));
     std::vector<std::string> ids;
     for (const v1::TakeCamera& camera : take.cameras()) ids.push_back(camera.id());
     DescribeStreams(take, options.take);
-    auto recorder = Recorder::Start(folder->path(), ids, options);
-    if (!recorder.ok()) return recorder.status();
-    if (absl::Status status = WriteTakeFile(folder->path(), take); !status.ok()) return status;
-    return TakeCopy(*std::move(folder), std::move(take), *std::move(recorder));
+    WEFT_ASSIGN_OR_RETURN(auto recorder, Recorder::Start(folder.path(), ids, options));
+    WEFT_RETURN_IF_ERROR(WriteTakeFile(folder.path(), take));
+    return TakeCopy(std::move(folder), std::move(take), std::move(recorder));
   }
 
   // Where it is written.
@@ -129,13 +128,12 @@ absl::StatusOr<std::vector<Place>> PlacesOf(const ImageFolder& folder, const Tak
   const double fps = options.fps;
   std::vector<std::string> names;
   for (const auto& [name, files] : folder.frames) names.push_back(name);
-  const absl::StatusOr<std::optional<FrameTimes>> times = TimesInNames(names, fps, options.names);
-  if (!times.ok()) return times.status();
+  WEFT_ASSIGN_OR_RETURN(const std::optional<FrameTimes> times, TimesInNames(names, fps, options.names));
   std::vector<Place> places(names.size());
-  if (*times) {
-    notes.push_back(absl::StrCat("the names of the frames are ", (*times)->words,
+  if (times) {
+    notes.push_back(absl::StrCat("the names of the frames are ", times->words,
                                  "; sets have them as their times; --names numbers takes them as numbers"));
-    for (size_t i = 0; i < names.size(); ++i) places[i] = {(*times)->numbers[i], (*times)->times_ns[i]};
+    for (size_t i = 0; i < names.size(); ++i) places[i] = {times->numbers[i], times->times_ns[i]};
     return places;
   }
   if (std::string doubt = DoubtOfNumbers(names); options.names == NameMeaning::kAuto && !doubt.empty())
@@ -225,60 +223,54 @@ absl::Status CopyClocks(const std::string& take, const std::string& copy) {
 absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
                                             const TakeCopyOptions& options, const CopyProgress& progress) {
   if (!(options.fps >= 0)) return absl::InvalidArgumentError("fps must not be negative");
-  const absl::StatusOr<ImageFolder> folder = ListImageFolder(images);
-  if (!folder.ok()) return folder.status();
+  WEFT_ASSIGN_OR_RETURN(const ImageFolder folder, ListImageFolder(images));
   std::set<std::string> ids;
-  for (const auto& [name, files] : folder->frames)
+  for (const auto& [name, files] : folder.frames)
     for (const auto& [camera, path] : files) ids.insert(camera);
   if (ids.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         images, ": holds no image; expected <frame>/<camera>.png or cam<camera>/image<frame>.png",
-        folder->notes.empty() ? "" : absl::StrCat("; ", folder->notes.front())));
+        folder.notes.empty() ? "" : absl::StrCat("; ", folder.notes.front())));
   }
   ImportedImages imported;
-  imported.notes = folder->notes;
-  const absl::StatusOr<OddPictures> odd = FindOddPictures(*folder);
+  imported.notes = folder.notes;
+  const absl::StatusOr<OddPictures> odd = FindOddPictures(folder);
   if (!odd.ok()) return absl::Status(odd.status().code(), absl::StrCat(images, ": ", odd.status().message()));
   imported.notes.insert(imported.notes.end(), odd->notes.begin(), odd->notes.end());
-  const absl::StatusOr<std::vector<Place>> places = PlacesOf(*folder, options, imported.notes);
-  if (!places.ok()) return places.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<Place> places, PlacesOf(folder, options, imported.notes));
   v1::Take take = NewTake(absl::StrCat("images of ", fs::path(images).filename().string()));
   for (const std::string& id : ids) {
     v1::TakeCamera& camera = *take.add_cameras();
     camera.set_id(id);
     camera.set_source("images");
   }
-  absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(take), options.recorder);
-  if (!copy.ok()) return copy.status();
-  for (const std::string& note : imported.notes) copy->Note(note);
+  WEFT_ASSIGN_OR_RETURN(TakeCopy copy, TakeCopy::Start(out, std::move(take), options.recorder));
+  for (const std::string& note : imported.notes) copy.Note(note);
   uint64_t done = 0;
   PictureCount count;
-  for (const auto& [name, files] : folder->frames) {
-    RawFrameSet set = ReadSet(files, ids, (*places)[done], *odd, options.mosaic);
+  for (const auto& [name, files] : folder.frames) {
+    RawFrameSet set = ReadSet(files, ids, places[done], *odd, options.mosaic);
     count.Add(files, set);
-    if (!copy->Add(std::move(set))) break;
+    if (!copy.Add(std::move(set))) break;
     ++done;
-    if (progress) progress(done, folder->frames.size());
+    if (progress) progress(done, folder.frames.size());
   }
   // A take without a picture would stand at the place of the next try.
-  if (absl::Status status = count.AllUnread(); !status.ok()) return status;
-  const absl::StatusOr<uint64_t> sets = copy->Finish();
-  if (!sets.ok()) return sets.status();
-  imported.sets = *sets;
+  WEFT_RETURN_IF_ERROR(count.AllUnread());
+  WEFT_ASSIGN_OR_RETURN(const uint64_t sets, copy.Finish());
+  imported.sets = sets;
   for (std::string& note : count.Notes()) imported.notes.push_back(std::move(note));
   return imported;
 }
 
 absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string& out, bool demosaic,
                                       const CopyProgress& progress) {
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
-  if (!recorded.ok()) return recorded.status();
-  const RecordedTake& source = **recorded;
-  absl::StatusOr<UnfinishedFolder> whole = UnfinishedFolder::Begin(out);
-  if (!whole.ok()) return whole.status();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RecordedTake> recorded, RecordedTake::Open(take));
+  const RecordedTake& source = *recorded;
+  WEFT_ASSIGN_OR_RETURN(UnfinishedFolder whole, UnfinishedFolder::Begin(out));
   for (size_t set = 0; set < source.sets().size(); ++set) {
-    const fs::path folder = fs::path(whole->path()) / FrameNameOf(source.sets()[set]);
-    if (absl::Status status = CreateFolders(folder.string()); !status.ok()) return status;
+    const fs::path folder = fs::path(whole.path()) / FrameNameOf(source.sets()[set]);
+    WEFT_RETURN_IF_ERROR(CreateFolders(folder.string()));
     for (size_t camera = 0; camera < source.camera_ids().size(); ++camera) {
       const absl::StatusOr<RawFrame> raw = source.ReadRaw(set, camera);
       if (absl::IsNotFound(raw.status())) continue;
@@ -287,44 +279,40 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
       if (frame.ok() && demosaic) frame = ToRgb(*frame);
       if (!frame.ok()) return frame.status();
       const std::string path = (folder / (source.camera_ids()[camera] + ".png")).string();
-      if (absl::Status status = WriteImageFile(path, *frame); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(WriteImageFile(path, *frame));
     }
     if (progress) progress(set + 1, source.sets().size());
   }
-  if (absl::Status status = whole->Publish(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(whole.Publish());
   return source.sets().size();
 }
 
 absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& out, const TrimOptions& options,
                                   const CopyProgress& progress) {
-  const absl::StatusOr<TakeView> view = TakeView::Open(take, options.view);
-  if (!view.ok()) return view.status();
-  absl::StatusOr<v1::Take> description = ReadTakeFile(take);
-  if (!description.ok()) return description.status();
-  const std::vector<uint64_t>& sets = view->sets();
+  WEFT_ASSIGN_OR_RETURN(const TakeView view, TakeView::Open(take, options.view));
+  WEFT_ASSIGN_OR_RETURN(v1::Take description, ReadTakeFile(take));
+  const std::vector<uint64_t>& sets = view.sets();
   std::string source =
-      absl::StrCat("sets ", sets.front(), " to ", sets.back(), " of take ", description->id());
+      absl::StrCat("sets ", sets.front(), " to ", sets.back(), " of take ", description.id());
   for (const auto& [camera, shift_ns] : options.view.shift_ns)
     absl::StrAppendFormat(&source, ", camera %s shifted by %.6f ms", camera,
                           static_cast<double>(shift_ns) / 1e6);
   v1::Take trimmed = NewTake(source);
-  *trimmed.mutable_cameras() = description->cameras();
-  trimmed.set_rig_hash(description->rig_hash());
-  trimmed.set_board_hash(description->board_hash());
-  trimmed.set_sync(description->sync());
-  trimmed.set_own_clocks(description->own_clocks());
-  trimmed.set_clocks_checksum(description->clocks_checksum());
-  absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(trimmed), options.recorder);
-  if (!copy.ok()) return copy.status();
-  if (absl::Status status = CopyClocks(take, copy->folder()); !status.ok()) return status;
+  *trimmed.mutable_cameras() = description.cameras();
+  trimmed.set_rig_hash(description.rig_hash());
+  trimmed.set_board_hash(description.board_hash());
+  trimmed.set_sync(description.sync());
+  trimmed.set_own_clocks(description.own_clocks());
+  trimmed.set_clocks_checksum(description.clocks_checksum());
+  WEFT_ASSIGN_OR_RETURN(TakeCopy copy, TakeCopy::Start(out, std::move(trimmed), options.recorder));
+  WEFT_RETURN_IF_ERROR(CopyClocks(take, copy.folder()));
   for (size_t i = 0; i < sets.size(); ++i) {
-    if (i > 0) copy->NoteDropped(view->take().ledger(), sets[i - 1] + 1, sets[i] - 1);
-    absl::StatusOr<RawFrameSet> set = view->ReadSet(i);
-    if (!set.ok()) return set.status();
-    if (!copy->Add(*std::move(set))) break;
+    if (i > 0) copy.NoteDropped(view.take().ledger(), sets[i - 1] + 1, sets[i] - 1);
+    WEFT_ASSIGN_OR_RETURN(RawFrameSet set, view.ReadSet(i));
+    if (!copy.Add(std::move(set))) break;
     if (progress) progress(i + 1, sets.size());
   }
-  return copy->Finish();
+  return copy.Finish();
 }
 
 }  // namespace weft

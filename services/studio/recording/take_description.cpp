@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/take/take_files.h"
 #include "services/studio/recording/take_file.h"
@@ -55,7 +56,7 @@ absl::Status CheckTakeDescription(const TakeDescription& description) {
 }
 
 absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeDescription& description) {
-  if (absl::Status status = CheckTakeDescription(description); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeDescription(description));
   absl::StatusOr<v1::Take> take = ReadTakeFile(folder);
   if (!take.ok()) return take;
   if (IsBeingRecorded(folder))
@@ -64,7 +65,7 @@ absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeD
   if (description.slate) take->set_slate(*description.slate);
   if (description.name) take->set_name(*description.name);
   if (description.notes) take->set_notes(*description.notes);
-  if (absl::Status status = WriteTakeFile(folder, *take); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteTakeFile(folder, *take));
   return take;
 }
 

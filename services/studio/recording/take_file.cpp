@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "capture/file/plain_text.h"
 #include "capture/take/recorded_take.h"
@@ -54,28 +55,26 @@ uint64_t TakeNumber(const v1::Take& take) {
 absl::Status WriteTakeFile(const std::string& folder, const v1::Take& take) {
   v1::Take sealed = take;
   sealed.set_checksum(std::string(kNoChecksum));
-  absl::StatusOr<std::string> text = ToJson(sealed, JsonZeros::kOmitted);
-  if (!text.ok()) return text.status();
-  const uint64_t checksum = Checksum(text->data(), text->size());
-  text->replace(text->rfind(kNoChecksum), kNoChecksum.size(), absl::StrFormat("%016x", checksum));
-  return WriteFileAtomically(TakeJsonFile(folder), *text);
+  WEFT_ASSIGN_OR_RETURN(std::string text, ToJson(sealed, JsonZeros::kOmitted));
+  const uint64_t checksum = Checksum(text.data(), text.size());
+  text.replace(text.rfind(kNoChecksum), kNoChecksum.size(), absl::StrFormat("%016x", checksum));
+  return WriteFileAtomically(TakeJsonFile(folder), text);
 }
 
 absl::StatusOr<TakeFile> ReadTakeFileStrictly(const std::string& folder) {
   const std::string path = TakeJsonFile(folder);
-  absl::StatusOr<std::string> text = ReadWholeFile(path, kSmallJson.bytes);
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(std::string text, ReadWholeFile(path, kSmallJson.bytes));
   TakeFile file;
-  if (absl::Status status = ParseJson(*text, path, file.take, kSmallJson); !status.ok())
+  if (absl::Status status = ParseJson(text, path, file.take, kSmallJson); !status.ok())
     return absl::DataLossError(absl::StrCat("damaged: ", EscapedText(std::string(status.message()))));
   const std::string printed = file.take.checksum();
   file.take.clear_checksum();
   if (printed.empty()) return file;
   file.has_checksum = true;
-  const size_t place = text->rfind(printed);
+  const size_t place = text.rfind(printed);
   if (printed.size() == kNoChecksum.size() && place != std::string::npos) {
-    text->replace(place, printed.size(), kNoChecksum);
-    if (absl::StrFormat("%016x", Checksum(text->data(), text->size())) == printed) return file;
+    text.replace(place, printed.size(), kNoChecksum);
+    if (absl::StrFormat("%016x", Checksum(text.data(), text.size())) == printed) return file;
   }
   return absl::DataLossError(absl::StrCat(path, ": damaged: its text does not fit its checksum"));
 }
@@ -90,13 +89,12 @@ absl::StatusOr<v1::Take> ReadTakeFile(const std::string& folder) {
 }
 
 absl::StatusOr<v1::Take> TakeFromStreams(const std::string& folder) {
-  const absl::StatusOr<std::vector<std::string>> ids = CamerasWithFiles(folder);
-  if (!ids.ok()) return ids.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> ids, CamerasWithFiles(folder));
   v1::Take take;
   std::optional<StreamEnd> end;
   std::map<std::string, v1::TakeCamera> details;
   uint64_t number = 0;
-  for (const std::string& id : *ids) {
+  for (const std::string& id : ids) {
     const auto stream = StreamReader::OpenDamaged(StreamFolder(folder), id, 0);
     details[id].set_id(id);
     if (absl::IsNotFound(stream.status())) continue;  // its index is there: a recovery makes a stream of gaps

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/picture_quality.h"
@@ -22,16 +23,14 @@ absl::Status AddPicture(const Frame& frame, int width_px, v1::CameraLook& look) 
   look.set_dark_share(quality.dark_share);
   look.set_median_value(quality.middle);
   look.set_focus(quality.focus);
-  const absl::StatusOr<Frame> small = Thumbnail(frame, width_px);
-  if (!small.ok()) return small.status();
+  WEFT_ASSIGN_OR_RETURN(const Frame small, Thumbnail(frame, width_px));
   ImagePixels pixels;
-  pixels.width_px = small->width_px;
-  pixels.height_px = small->height_px;
+  pixels.width_px = small.width_px;
+  pixels.height_px = small.height_px;
   pixels.channels = 3;
-  pixels.bytes = *small->pixels;
-  const absl::StatusOr<std::vector<uint8_t>> jpeg = EncodeJpeg(pixels, kJpegQuality);
-  if (!jpeg.ok()) return jpeg.status();
-  look.set_jpeg(jpeg->data(), jpeg->size());
+  pixels.bytes = small->pixels;
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> jpeg, EncodeJpeg(pixels, kJpegQuality));
+  look.set_jpeg(jpeg.data(), jpeg.size());
   return absl::OkStatus();
 }
 
@@ -61,12 +60,11 @@ absl::Status LookAtCamera(const RecordedTake& take, size_t camera, size_t newest
 
 absl::StatusOr<std::vector<v1::CameraLook>> LookAtTake(const std::string& folder,
                                                        const TakeLookOptions& options) {
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(folder);
-  if (!take.ok()) return take.status();
-  if ((*take)->sets().empty()) {
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RecordedTake> take, RecordedTake::Open(folder));
+  if (take->sets().empty()) {
     return absl::FailedPreconditionError(absl::StrCat(folder, ": has no frame set yet; look again later"));
   }
-  const std::vector<uint64_t>& sets = (*take)->sets();
+  const std::vector<uint64_t>& sets = take->sets();
   size_t newest = sets.size() - 1, look_back = kLookBack;
   if (!options.frame.empty()) {
     const auto found = std::find_if(sets.begin(), sets.end(),
@@ -77,18 +75,17 @@ absl::StatusOr<std::vector<v1::CameraLook>> LookAtTake(const std::string& folder
     newest = static_cast<size_t>(found - sets.begin());
     look_back = 1;
   }
-  const absl::StatusOr<v1::Take> described = ReadTakeFile(folder);
-  if (!described.ok()) return described.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Take described, ReadTakeFile(folder));
   std::vector<v1::CameraLook> looks;
-  for (size_t i = 0; i < (*take)->camera_ids().size(); ++i) {
-    const std::string& id = (*take)->camera_ids()[i];
+  for (size_t i = 0; i < take->camera_ids().size(); ++i) {
+    const std::string& id = take->camera_ids()[i];
     if (!options.camera_id.empty() && options.camera_id != id) continue;
     v1::CameraLook look;
     look.mutable_camera()->set_id(id);
-    for (const v1::TakeCamera& camera : described->cameras()) {
+    for (const v1::TakeCamera& camera : described.cameras()) {
       if (camera.id() == id) *look.mutable_camera() = camera;
     }
-    const absl::Status status = LookAtCamera(**take, i, newest, look_back, options.width_px, look);
+    const absl::Status status = LookAtCamera(*take, i, newest, look_back, options.width_px, look);
     if (!status.ok()) look.set_problem(std::string(status.message()));
     looks.push_back(std::move(look));
   }

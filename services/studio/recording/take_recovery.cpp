@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/check_take.h"
 #include "capture/take/recover_take.h"
 #include "capture/take/take_files.h"
@@ -105,25 +106,23 @@ void CheckClockLog(const std::string& folder, const v1::Take& take, bool is_clos
 }  // namespace
 
 absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder) {
-  const absl::StatusOr<KnownTake> known = ReadKnown(folder);
-  if (!known.ok()) return known.status();
-  const absl::StatusOr<TakeCheck> check = VerifyTake(folder, IdsOf(known->take), TakeNumber(known->take));
-  if (!check.ok()) return check.status();
+  WEFT_ASSIGN_OR_RETURN(const KnownTake known, ReadKnown(folder));
+  WEFT_ASSIGN_OR_RETURN(const TakeCheck check, VerifyTake(folder, IdsOf(known.take), TakeNumber(known.take)));
   v1::TakeCheckReport report;
   report.set_take(folder);
-  for (const std::string& problem : check->problems) report.add_problems(problem);
-  for (const std::string& warning : check->warnings) report.add_warnings(warning);
-  CheckTakeFile(*known, *check, report);
-  CheckClockLog(folder, known->take, IsClosed(folder, known->take), report);
+  for (const std::string& problem : check.problems) report.add_problems(problem);
+  for (const std::string& warning : check.warnings) report.add_warnings(warning);
+  CheckTakeFile(known, check, report);
+  CheckClockLog(folder, known.take, IsClosed(folder, known.take), report);
   report.set_whole(report.problems().empty());
-  report.set_sets(check->sets);
-  report.set_complete_sets(check->complete_sets);
-  report.set_frames(check->frames);
-  report.set_missing(check->missing);
-  report.set_dropped(check->dropped);
-  report.set_unindexed(check->unindexed);
-  report.set_bytes(check->bytes);
-  AssessCheck(report, IsClosed(folder, known->take));
+  report.set_sets(check.sets);
+  report.set_complete_sets(check.complete_sets);
+  report.set_frames(check.frames);
+  report.set_missing(check.missing);
+  report.set_dropped(check.dropped);
+  report.set_unindexed(check.unindexed);
+  report.set_bytes(check.bytes);
+  AssessCheck(report, IsClosed(folder, known.take));
   return report;
 }
 
@@ -186,9 +185,8 @@ bool Update(const KnownTake& known, const TakeRecovery& recovery, v1::Take& take
 
 absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& folder,
                                                            const TakeRecoveryChoice& choice) {
-  const absl::StatusOr<KnownTake> known = ReadKnown(folder);
-  if (!known.ok()) return known.status();
-  if (!choice.force && !choice.dry_run && IsClosed(folder, known->take)) {
+  WEFT_ASSIGN_OR_RETURN(const KnownTake known, ReadKnown(folder));
+  if (!choice.force && !choice.dry_run && IsClosed(folder, known.take)) {
     return absl::FailedPreconditionError(absl::StrCat(
         folder,
         ": the take was closed, so nothing is left to recover of a crash; `weft take verify` says "
@@ -197,38 +195,36 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
   }
   TakeRecoveryOptions options;
   options.dry_run = choice.dry_run;
-  options.cameras = IdsOf(known->take);
-  options.take = TakeNumber(known->take);
-  options.sets_dropped = known->take.sets_dropped();
-  for (int i = 0; i < known->take.cameras_size(); ++i)
-    options.descriptions[known->take.cameras(i).id()] = StreamDescription(known->take, i);
+  options.cameras = IdsOf(known.take);
+  options.take = TakeNumber(known.take);
+  options.sets_dropped = known.take.sets_dropped();
+  for (int i = 0; i < known.take.cameras_size(); ++i)
+    options.descriptions[known.take.cameras(i).id()] = StreamDescription(known.take, i);
   std::error_code error;
-  if (!known->file.ok() && fs::exists(TakeJsonFile(folder), error)) options.keep.push_back("take.json");
-  const ClockRepair clocks = RepairOf(folder, known->take);
+  if (!known.file.ok() && fs::exists(TakeJsonFile(folder), error)) options.keep.push_back("take.json");
+  const ClockRepair clocks = RepairOf(folder, known.take);
   if (!clocks.damage.empty() && fs::exists(ClockLogFile(folder), error)) options.keep.push_back("clocks.csv");
-  const absl::StatusOr<TakeRecovery> recovery = RecoverTake(folder, options);
-  if (!recovery.ok()) return recovery.status();
-  v1::TakeRecoveryReport report = ReportOf(folder, *recovery, choice.dry_run);
-  v1::Take take = known->take;
-  if (!known->file.ok()) report.add_damage(std::string(known->file.message()));
+  WEFT_ASSIGN_OR_RETURN(const TakeRecovery recovery, RecoverTake(folder, options));
+  v1::TakeRecoveryReport report = ReportOf(folder, recovery, choice.dry_run);
+  v1::Take take = known.take;
+  if (!known.file.ok()) report.add_damage(std::string(known.file.message()));
   if (!clocks.damage.empty()) {
     report.add_damage(clocks.damage);
     report.add_changes("clocks.csv: has the readings that are whole");
   }
   if (!clocks.text.empty() && !choice.dry_run)
-    if (absl::Status status = WriteFileAtomically(ClockLogFile(folder), clocks.text); !status.ok())
-      return status;
-  const bool is_updated = Update(*known, *recovery, take);
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(ClockLogFile(folder), clocks.text));
+  const bool is_updated = Update(known, recovery, take);
   if (is_updated)
     report.add_changes("take.json: says that the take was recovered, with the totals of what it holds");
   if (!clocks.text.empty() && !choice.dry_run)
     take.set_clocks_checksum(ParseClockLog(folder).value_or(ParsedClockLog()).end_checksum);
   if ((is_updated || !clocks.text.empty()) && !choice.dry_run)
-    if (absl::Status status = WriteTakeFile(folder, take); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteTakeFile(folder, take));
   AssessRecovery(report);
   if (report.kept_aside().empty()) return report;
   const std::string path = (fs::path(report.kept_aside()) / "recovery.json").string();
-  if (absl::Status status = WriteJsonFile(path, report); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(path, report));
   return report;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -25,11 +26,10 @@ absl::Status TriggerOptions::Validate() const {
 absl::StatusOr<std::unique_ptr<TriggerSender>> TriggerSender::Start(
     const std::vector<std::unique_ptr<CameraSource>>& cameras, const TriggerOptions& options,
     const ClockLog& clocks, Note note) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<ActionSender> sender = ActionSender::Open();
-  if (!sender.ok()) return sender.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(ActionSender sender, ActionSender::Open());
   return std::unique_ptr<TriggerSender>(
-      new TriggerSender(cameras, options, clocks, std::move(note), *std::move(sender)));
+      new TriggerSender(cameras, options, clocks, std::move(note), std::move(sender)));
 }
 
 TriggerSender::TriggerSender(const std::vector<std::unique_ptr<CameraSource>>& cameras,

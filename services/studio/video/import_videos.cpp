@@ -15,6 +15,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/image/raw_frame.h"
 #include "capture/rig/camera_match.h"
 #include "capture/take/take_files.h"
@@ -58,7 +59,7 @@ class Importer {
   absl::StatusOr<VideoImportResult> Run() {
     for (const auto step : {&Importer::Check, &Importer::Begin, &Importer::Look, &Importer::CompareWithRig,
                             &Importer::FindOffsets, &Importer::Plan, &Importer::Write, &Importer::Publish})
-      if (absl::Status status = (this->*step)(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR((this->*step)());
     return VideoImportResult{std::move(take_), std::move(warnings_)};
   }
 
@@ -102,8 +103,7 @@ class Importer {
 absl::Status Importer::Check() {
   if (options_.videos.empty()) return absl::InvalidArgumentError("no video is named");
   const v1::Take& said = options_.said;
-  if (absl::Status status = CheckTakeDescription({said.slate(), said.name(), said.notes()}); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeDescription({said.slate(), said.name(), said.notes()}));
   std::map<std::string, std::string> files;
   std::vector<std::string> paths;
   for (const VideoFile& video : options_.videos) {
@@ -117,11 +117,10 @@ absl::Status Importer::Check() {
                                                      "; one per camera, named by --camera NAME=FILE"));
     paths.push_back(video.path);
   }
-  if (absl::Status status = CheckChapters(paths); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckChapters(paths));
   if (!options_.rig.empty()) {
-    absl::StatusOr<Rig> rig = ReadRig(options_.rig);
-    if (!rig.ok()) return rig.status();
-    rig_ = *std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(options_.rig));
+    rig_ = std::move(rig);
   }
   std::error_code error;
   if (!fs::exists(out_, error) || fs::is_empty(out_, error)) return absl::OkStatus();
@@ -129,7 +128,7 @@ absl::Status Importer::Check() {
 }
 
 absl::Status Importer::Begin() {
-  if (absl::Status status = CreateFolders(StreamFolder(folder_)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(StreamFolder(folder_)));
   lock_ = UniqueFd(open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!lock_.open() || flock(lock_.get(), LOCK_EX | LOCK_NB) != 0)
     return absl::FailedPreconditionError(absl::StrCat(folder_, ": another import writes there"));
@@ -156,20 +155,18 @@ absl::Status Importer::Look() {
     }
     if (videos_[i].path().empty()) {
       uint64_t own = 0;
-      absl::StatusOr<v1::VideoFacts> facts = LookAtVideo(path, [&](uint64_t seen) {
-        frames += seen - own;
-        own = seen;
-        return Tell("look", frames, frames);
-      });
-      if (!facts.ok()) return facts.status();
-      videos_[i] = *std::move(facts);
+      WEFT_ASSIGN_OR_RETURN(v1::VideoFacts facts, LookAtVideo(path, [&](uint64_t seen) {
+                              frames += seen - own;
+                              own = seen;
+                              return Tell("look", frames, frames);
+                            }));
+      videos_[i] = std::move(facts);
     }
     videos_[i].set_camera(options_.videos[i].camera);
     return absl::OkStatus();
   };
-  absl::Status status = ForEachAtOnce(
-      videos_.size(), std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostLookedAt), look);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ForEachAtOnce(
+      videos_.size(), std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostLookedAt), look));
   state_.mutable_videos()->Assign(videos_.begin(), videos_.end());
   return SaveState();
 }
@@ -266,12 +263,11 @@ absl::StatusOr<std::vector<v1::CameraSync>> Importer::OffsetsBy(SyncWay way) {
       if (options_.rig.empty() || options_.board.empty())
         return absl::InvalidArgumentError(
             "offsets from motion need a rig and a board: --rig RIG --board BOARD");
-      absl::StatusOr<Board> board = ReadBoard(options_.board);
-      if (!board.ok()) return board.status();
+      WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(options_.board));
       MotionOffsetOptions motion;
       motion.max_offset_s = options_.max_offset_s;
       motion.mosaic = options_.mosaic;
-      return OffsetsByMotion(*rig_, *board, videos_, motion,
+      return OffsetsByMotion(*rig_, board, videos_, motion,
                              [&](uint64_t done, uint64_t total) { return Tell("sync", done, total); });
     }
     case SyncWay::kLtc:
@@ -287,12 +283,11 @@ absl::Status Importer::FindOffsets() {
     take_ = state_.take();
     return absl::OkStatus();
   }
-  absl::StatusOr<std::vector<v1::CameraSync>> syncs =
-      options_.sync == SyncWay::kAuto ? OffsetsByWhatThereIs() : OffsetsBy(options_.sync);
-  if (!syncs.ok()) return syncs.status();
-  if (absl::Status status = UseGivenOffsets(options_.given_s, videos_, *syncs); !status.ok()) return status;
-  BeginAtZero(videos_, *syncs);
-  DescribeTake(*syncs);
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::CameraSync> syncs,
+                        options_.sync == SyncWay::kAuto ? OffsetsByWhatThereIs() : OffsetsBy(options_.sync));
+  WEFT_RETURN_IF_ERROR(UseGivenOffsets(options_.given_s, videos_, syncs));
+  BeginAtZero(videos_, syncs);
+  DescribeTake(syncs);
   state_.mutable_videos()->Assign(videos_.begin(), videos_.end());  // linear timecode is known now
   state_.set_key(key);
   *state_.mutable_take() = take_;
@@ -375,7 +370,7 @@ absl::Status Importer::Write() {
 absl::Status Importer::Publish() {
   std::error_code error;
   fs::remove(StateFile(), error);
-  if (absl::Status status = SyncFolder(lock_.get(), folder_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(SyncFolder(lock_.get(), folder_));
   fs::rename(folder_, out_, error);
   if (error) return absl::UnavailableError(absl::StrCat(out_, ": ", error.message()));
   const fs::path parent = fs::absolute(out_).parent_path();

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/raw_frame.h"
 #include "capture/sync/ledger.h"
 #include "capture/take/stream_reader.h"
@@ -72,20 +73,17 @@ class StreamOfVideo {
     if (wanted < 0)
       return stream_.AppendMissing(set, Nanoseconds(import_.plan.set_times_s[set]),
                                    ReasonOfGap(import_, camera_, set));
-    absl::StatusOr<Frame> frame = FrameAt(wanted);
-    if (!frame.ok()) return frame.status();
-    absl::StatusOr<RawFrame> raw = ToRawFrame(*frame);
-    if (!raw.ok()) return raw.status();
-    raw->camera_id = import_.videos[camera_].camera();
-    raw->device_time_ns = Nanoseconds(import_.times_s[camera_][static_cast<size_t>(wanted)]);
-    raw->device_frame_id = static_cast<uint64_t>(wanted);
-    return stream_.Append(set, *raw);
+    WEFT_ASSIGN_OR_RETURN(Frame frame, FrameAt(wanted));
+    WEFT_ASSIGN_OR_RETURN(RawFrame raw, ToRawFrame(frame));
+    raw.camera_id = import_.videos[camera_].camera();
+    raw.device_time_ns = Nanoseconds(import_.times_s[camera_][static_cast<size_t>(wanted)]);
+    raw.device_frame_id = static_cast<uint64_t>(wanted);
+    return stream_.Append(set, raw);
   }
 
   // Reads what is left, and checks that all was as at first.
   absl::Status Finish() {
-    while (next_ < import_.videos[camera_].frame_pts_size())
-      if (const auto frame = FrameAt(next_); !frame.ok()) return frame.status();
+    while (next_ < import_.videos[camera_].frame_pts_size()) WEFT_RETURN_IF_ERROR(FrameAt(next_).status());
     return frames_.Finish();
   }
 
@@ -146,23 +144,23 @@ absl::Status WriteCameraStream(const ImportedTake& imported, size_t camera,
   header.take = TakeNumber(imported.take);
   header.camera_id = video.camera();
   header.description = StreamDescription(imported.take, static_cast<int>(camera));
-  const auto stream = StreamWriter::Create(folder, header, imported.stream);
-  if (!stream.ok()) return stream.status();
-  auto frames = VideoFrames::Start(video, {0, static_cast<size_t>(video.frame_pts_size())}, imported.mosaic);
-  if (!frames.ok()) return frames.status();
-  StreamOfVideo copy(imported, camera, *std::move(frames), **stream);
+  WEFT_ASSIGN_OR_RETURN(const auto stream, StreamWriter::Create(folder, header, imported.stream));
+  WEFT_ASSIGN_OR_RETURN(
+      auto frames,
+      VideoFrames::Start(video, {0, static_cast<size_t>(video.frame_pts_size())}, imported.mosaic));
+  StreamOfVideo copy(imported, camera, std::move(frames), *stream);
   absl::Status status;
   for (size_t set = 0; set < sets && status.ok(); ++set) {
     status = copy.Append(set);
-    if (status.ok() && (set + 1) % kSetsPerCommit == 0) status = (*stream)->Commit(set);
-    (*stream)->Keep();
+    if (status.ok() && (set + 1) % kSetsPerCommit == 0) status = stream->Commit(set);
+    stream->Keep();
     if (!done()) status.Update(absl::CancelledError("stopped"));
   }
   if (status.ok()) status = copy.Finish();
-  if (status.ok()) status = (*stream)->Commit(sets - 1);
-  (*stream)->Keep();
-  if (status.ok()) status = (*stream)->Close(sets - 1);
-  return status.ok() ? (*stream)->WriteEnd(EndOf(imported.take)) : status;
+  if (status.ok()) status = stream->Commit(sets - 1);
+  stream->Keep();
+  if (status.ok()) status = stream->Close(sets - 1);
+  return status.ok() ? stream->WriteEnd(EndOf(imported.take)) : status;
 }
 
 absl::Status WriteLedger(const ImportedTake& imported, const std::vector<LedgerNote>& notes) {

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "services/studio/video/camera_offsets.h"
 #include "services/studio/video/frame_times.h"
 #include "services/studio/video/video_facts.h"
@@ -114,18 +115,18 @@ double MeasuredRate(const InOrder& frames, int nominal_fps) {
 
 // The sound of one stream, one channel at a time. OutOfRange: no such channel.
 absl::StatusOr<std::vector<int16_t>> SamplesOf(const std::string& path, int stream, int channel) {
-  auto ffmpeg = VideoProgram::Start(
-      "ffmpeg", path,
-      {"-hide_banner", "-loglevel", "error", "-nostdin", "-protocol_whitelist", "file,pipe", "-t", "120",
-       "-i", absl::StrCat("file:", path), "-map", absl::StrCat("0:a:", stream), "-af",
-       absl::StrCat("pan=mono|c0=c", channel), "-ar", absl::StrCat(kRate_hz), "-f", "s16le", "pipe:1"},
-      VideoProgram::Out::kKept);
-  if (!ffmpeg.ok()) return ffmpeg.status();
-  const absl::StatusOr<VideoProgramOutput> said = ffmpeg->Finish();
-  if (!said.ok()) return said.status();
-  if (said->wait_status != 0) return absl::OutOfRangeError(LastComplaint(said->errors));
-  std::vector<int16_t> samples(said->out.size() / sizeof(int16_t));
-  std::memcpy(samples.data(), said->out.data(), samples.size() * sizeof(int16_t));
+  WEFT_ASSIGN_OR_RETURN(
+      auto ffmpeg,
+      VideoProgram::Start(
+          "ffmpeg", path,
+          {"-hide_banner", "-loglevel", "error", "-nostdin", "-protocol_whitelist", "file,pipe", "-t", "120",
+           "-i", absl::StrCat("file:", path), "-map", absl::StrCat("0:a:", stream), "-af",
+           absl::StrCat("pan=mono|c0=c", channel), "-ar", absl::StrCat(kRate_hz), "-f", "s16le", "pipe:1"},
+          VideoProgram::Out::kKept));
+  WEFT_ASSIGN_OR_RETURN(const VideoProgramOutput said, ffmpeg.Finish());
+  if (said.wait_status != 0) return absl::OutOfRangeError(LastComplaint(said.errors));
+  std::vector<int16_t> samples(said.out.size() / sizeof(int16_t));
+  std::memcpy(samples.data(), said.out.data(), samples.size() * sizeof(int16_t));
   return samples;
 }
 
@@ -185,9 +186,8 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::str
     v1::VideoFacts sound = video;
     double begins_s = 0;  // the sound's beginning by the video's count
     if (file != files.end()) {
-      absl::StatusOr<v1::VideoFacts> header = ReadSoundHeader(file->second);
-      if (!header.ok()) return header.status();
-      sound = *std::move(header);
+      WEFT_ASSIGN_OR_RETURN(v1::VideoFacts header, ReadSoundHeader(file->second));
+      sound = std::move(header);
       begins_s = BeginTime_s(video);
     }
     const absl::StatusOr<LtcReading> reading = ReadLtcOfFile(sound.path(), sound);

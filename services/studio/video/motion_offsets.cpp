@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/rig/camera_match.h"
 #include "pattern/board/board_index.h"
 #include "pattern/view_decoder.h"
@@ -56,14 +57,13 @@ class MotionSearch {
     for (const VideoRange& range : ranges) total += range.count;
     std::atomic<uint64_t> done = 0;
     std::vector<CameraFilm> films(videos_.size());
-    absl::Status status =
+    WEFT_RETURN_IF_ERROR(
         ForEachAtOnce(videos_.size(), std::max(1U, std::thread::hardware_concurrency()), [&](size_t i) {
           return Decode(i, ranges[i], films[i], [&] {
             const uint64_t so_far = ++done;
             return !progress || progress(so_far, total);
           });
-        });
-    if (!status.ok()) return status;
+        }));
     TimeOffsetOptions search;
     search.max_offset_s = options_.max_offset_s;
     return FindTimeOffsets(rig_, films, search);
@@ -76,18 +76,15 @@ class MotionSearch {
     film.camera = rig_.IndexOf(facts.camera());
     film.period_s = std::max(Period_s(facts), 1e-6);
     if (range.count == 0) return absl::OkStatus();
-    absl::StatusOr<VideoFrames> frames = VideoFrames::Start(facts, range, options_.mosaic);
-    if (!frames.ok()) return frames.status();
+    WEFT_ASSIGN_OR_RETURN(VideoFrames frames, VideoFrames::Start(facts, range, options_.mosaic));
     for (size_t i = 0; i < range.count; ++i) {
-      const absl::StatusOr<Frame> frame = frames->Next();
-      if (!frame.ok()) return frame.status();
-      absl::StatusOr<std::unique_ptr<ViewDecoder>> view = ViewDecoder::Read(*frame, board_, {});
-      if (!view.ok()) return view.status();
-      (*view)->Decode();
-      film.moments.push_back({times_s_[video][range.first + i], (*view)->TakeResult().observations});
+      WEFT_ASSIGN_OR_RETURN(const Frame frame, frames.Next());
+      WEFT_ASSIGN_OR_RETURN(std::unique_ptr<ViewDecoder> view, ViewDecoder::Read(frame, board_, {}));
+      view->Decode();
+      film.moments.push_back({times_s_[video][range.first + i], view->TakeResult().observations});
       if (!done()) return absl::CancelledError("stopped");
     }
-    return frames->Finish();
+    return frames.Finish();
   }
 
   const Rig& rig_;
@@ -117,11 +114,10 @@ double WorstSigma(const std::vector<TimeOffset>& offsets) {
 absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByMotion(
     const Rig& rig, const Board& board, const std::vector<v1::VideoFacts>& videos,
     const MotionOffsetOptions& options, const std::function<bool(uint64_t done, uint64_t total)>& progress) {
-  const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok()) return index.status();
+  WEFT_ASSIGN_OR_RETURN(const BoardIndex index, BoardIndex::Build(board));
   const absl::StatusOr<std::vector<v1::CameraSync>> timecodes = OffsetsByTimecode(videos);
   std::vector<v1::CameraSync> syncs = timecodes.ok() ? *timecodes : OffsetsTogether(videos);
-  const MotionSearch search(rig, *index, videos, CommonFrameTimes_s(videos, syncs), options);
+  const MotionSearch search(rig, index, videos, CommonFrameTimes_s(videos, syncs), options);
   std::vector<TimeOffset> best;
   absl::Status status;
   for (const double middle : kWindows) {

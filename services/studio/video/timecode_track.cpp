@@ -8,6 +8,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/studio/video/frame_times.h"
 #include "services/studio/video/video_program.h"
 
@@ -110,20 +111,19 @@ int TimecodeTrackOf(const FlatValues& header) {
 
 absl::Status ParseTimecodeTrack(std::string_view flat, v1::VideoFacts& facts) {
   const FlatValues values = ValuesOf(flat);
-  const absl::StatusOr<TrackDescription> track =
-      DescriptionIn(BytesOfDump(ValueOf(values, "streams.stream.0.extradata")));
-  if (!track.ok()) return track.status();
+  WEFT_ASSIGN_OR_RETURN(const TrackDescription track,
+                        DescriptionIn(BytesOfDump(ValueOf(values, "streams.stream.0.extradata"))));
   const auto base = FractionOf(ValueOf(values, "streams.stream.0.time_base"));
   const std::string sample = BytesOfDump(ValueOf(values, "packets.packet.0.data"));
   int64_t pts = 0;
   if (!base || sample.size() != 4 || !absl::SimpleAtoi(ValueOf(values, "packets.packet.0.pts"), &pts))
     return absl::NotFoundError("its timecode track is empty");
   // A rate that is not exact is a mean; then the number of labels a second alone is of use.
-  const std::optional<TimecodeRate> rate = StandardRate(track->fps, kWrittenExactly);
+  const std::optional<TimecodeRate> rate = StandardRate(track.fps, kWrittenExactly);
   Timecode like;
-  like.nominal_fps = track->nominal_fps;
-  like.drops = track->drops;
-  like.fps = TimecodeRate{track->nominal_fps, rate && rate->is_slow}.fps();
+  like.nominal_fps = track.nominal_fps;
+  like.drops = track.drops;
+  like.fps = TimecodeRate{track.nominal_fps, rate && rate->is_slow}.fps();
   if (like.nominal_fps <= 0 || like.nominal_fps > kMostTimecodeFps ||
       (like.drops && like.nominal_fps % 30 != 0))
     return absl::InvalidArgumentError("its timecode track counts at a rate that timecode does not have");
@@ -173,11 +173,10 @@ absl::StatusOr<TimecodeAt> LabelOf(const v1::VideoFacts& facts, double fps) {
 }
 
 absl::StatusOr<Timecode> TimecodeOfFirst(const v1::VideoFacts& facts) {
-  const absl::StatusOr<TimecodeAt> label = LabelOf(facts, TimecodeRates({facts}).front());
-  if (!label.ok()) return label.status();
+  WEFT_ASSIGN_OR_RETURN(const TimecodeAt label, LabelOf(facts, TimecodeRates({facts}).front()));
   const std::vector<double> times_s = FrameTimes_s(facts);
-  const double since_s = times_s.empty() ? 0 : times_s.front() - label->at_s;
-  return TimecodeOf(label->timecode.Number() + std::llround(since_s * label->timecode.fps), label->timecode);
+  const double since_s = times_s.empty() ? 0 : times_s.front() - label.at_s;
+  return TimecodeOf(label.timecode.Number() + std::llround(since_s * label.timecode.fps), label.timecode);
 }
 
 }  // namespace weft

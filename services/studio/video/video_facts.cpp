@@ -15,6 +15,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/time.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/file_facts.h"
 #include "services/ground/process/exit_status.h"
@@ -78,16 +79,18 @@ absl::Status Complain(const std::string& path, const VideoProgramOutput& said) {
 
 // What ffprobe says of a file, as "flat".
 absl::StatusOr<std::string> ReadHeader(const std::string& path) {
-  const auto said = RunVideoProgram(
-      "ffprobe", path,
-      {"-hide_banner", "-v", "error", "-protocol_whitelist", "file", "-show_entries",
-       "stream=codec_type,codec_name,codec_tag_string,channels,start_time,has_b_frames,width,height,pix_fmt,"
-       "field_order,"
-       "time_base,nb_frames,avg_frame_rate,r_frame_rate:stream_tags:format=format_name:format_tags",
-       "-of", "flat", absl::StrCat("file:", path)});
-  if (!said.ok()) return said.status();
-  if (said->wait_status != 0) return Complain(path, *said);
-  return said->out;
+  WEFT_ASSIGN_OR_RETURN(
+      const auto said,
+      RunVideoProgram(
+          "ffprobe", path,
+          {"-hide_banner", "-v", "error", "-protocol_whitelist", "file", "-show_entries",
+           "stream=codec_type,codec_name,codec_tag_string,channels,start_time,has_b_frames,width,height,pix_"
+           "fmt,"
+           "field_order,"
+           "time_base,nb_frames,avg_frame_rate,r_frame_rate:stream_tags:format=format_name:format_tags",
+           "-of", "flat", absl::StrCat("file:", path)}));
+  if (said.wait_status != 0) return Complain(path, said);
+  return said.out;
 }
 
 absl::Status Named(const std::string& path, const absl::Status& status) {
@@ -118,9 +121,8 @@ std::string FrameAndFieldLinesFilter() {
 absl::StatusOr<std::vector<int64_t>> ReferencedPictures(const v1::VideoFacts& facts) {
   std::vector<std::string> arguments = DecodingArguments(facts);
   arguments.insert(arguments.end(), {"-skip_frame", "noref"});
-  const auto said = Decode(facts, arguments, FrameLinesFilter("pipe:1"));
-  if (!said.ok()) return said.status();
-  absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
+  WEFT_ASSIGN_OR_RETURN(const auto said, Decode(facts, arguments, FrameLinesFilter("pipe:1")));
+  absl::StatusOr<FrameLines> lines = ParseFrameLines(said.out);
   if (!lines.ok()) return Named(facts.path(), lines.status());
   return std::move(lines->pts);
 }
@@ -130,12 +132,10 @@ absl::StatusOr<std::vector<int64_t>> LookClosely(DecodedPictures pictures, v1::V
   std::vector<std::string> arguments = DecodingArguments(facts);
   *std::find(arguments.begin(), arguments.end(), "repeat+level+warning") = "repeat+level+info";
   arguments.insert(arguments.end(), {"-debug_ts", "-nostats"});
-  const auto said = Decode(facts, arguments, "null");
-  if (!said.ok()) return said.status();
-  const DecoderLog log = ParseDecoderLog(said->errors, facts.codec(), facts.container());
-  const absl::StatusOr<std::vector<int64_t>> referenced = ReferencedPictures(facts);
-  if (!referenced.ok()) return referenced.status();
-  const std::set<int64_t> known(referenced->begin(), referenced->end());
+  WEFT_ASSIGN_OR_RETURN(const auto said, Decode(facts, arguments, "null"));
+  const DecoderLog log = ParseDecoderLog(said.errors, facts.codec(), facts.container());
+  WEFT_ASSIGN_OR_RETURN(const std::vector<int64_t> referenced, ReferencedPictures(facts));
+  const std::set<int64_t> known(referenced.begin(), referenced.end());
   for (const int64_t pts : pictures.shown_pts)
     if (!known.contains(pts)) pictures.unreferenced_pts.push_back(pts);
   std::vector<int64_t> damaged = DamagedPictures(pictures, log);
@@ -148,14 +148,14 @@ absl::StatusOr<std::vector<int64_t>> LookClosely(DecodedPictures pictures, v1::V
 absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacket>& packets,
                             v1::VideoFacts& facts) {
   constexpr size_t kBytesOfFrame = 60;  // about, in the lines of a frame
-  const auto said = Decode(facts, DecodingArguments(facts), FrameAndFieldLinesFilter(),
-                           [&](size_t bytes) { return !seen || seen(bytes / kBytesOfFrame); });
-  if (!said.ok()) return said.status();
-  absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
+  WEFT_ASSIGN_OR_RETURN(const auto said,
+                        Decode(facts, DecodingArguments(facts), FrameAndFieldLinesFilter(),
+                               [&](size_t bytes) { return !seen || seen(bytes / kBytesOfFrame); }));
+  absl::StatusOr<FrameLines> lines = ParseFrameLines(said.out);
   if (!lines.ok()) return Named(facts.path(), lines.status());
-  if (lines->pts.empty()) return Complain(facts.path(), *said);
+  if (lines->pts.empty()) return Complain(facts.path(), said);
   const bool is_complained =
-      said->wait_status != 0 || IsWorthALook(said->errors, facts.codec(), facts.container());
+      said.wait_status != 0 || IsWorthALook(said.errors, facts.codec(), facts.container());
   absl::StatusOr<std::vector<int64_t>> by_order =
       TimesByOrder(packets, {lines->pts, facts.waits(), is_complained});
   if (!by_order.ok()) return Named(facts.path(), by_order.status());
@@ -173,9 +173,8 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
   for (const char* code : {"vp8", "vp9", "mpeg4"}) pictures.skips = pictures.skips || facts.codec() == code;
   std::vector<int64_t> damaged;
   if (is_complained || LacksPictures(pictures)) {
-    auto found = LookClosely(std::move(pictures), facts);
-    if (!found.ok()) return found.status();
-    damaged = *std::move(found);
+    WEFT_ASSIGN_OR_RETURN(auto found, LookClosely(std::move(pictures), facts));
+    damaged = std::move(found);
   }
   facts.mutable_damaged_pts()->Add(damaged.begin(), damaged.end());
   if (absl::Status status = UseFrames(lines->pts, damaged, facts); !status.ok())
@@ -259,9 +258,8 @@ absl::StatusOr<v1::VideoFacts> ReadSoundHeader(const std::string& path) {
   std::error_code error;
   const std::string file = std::filesystem::canonical(path, error).string();
   if (error) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
-  const absl::StatusOr<std::string> header = ReadHeader(file);
-  if (!header.ok()) return header.status();
-  absl::StatusOr<v1::VideoFacts> facts = ParseSoundHeader(*header);
+  WEFT_ASSIGN_OR_RETURN(const std::string header, ReadHeader(file));
+  absl::StatusOr<v1::VideoFacts> facts = ParseSoundHeader(header);
   if (!facts.ok()) return Named(file, facts.status());
   facts->set_path(file);
   return facts;
@@ -371,9 +369,8 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   if (!S_ISREG(info.st_mode)) return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
   if (info.st_size == 0)
     return absl::InvalidArgumentError(absl::StrCat(path, ": the file is empty; copy it again"));
-  const absl::StatusOr<std::string> header = ReadHeader(path);
-  if (!header.ok()) return header.status();
-  absl::StatusOr<v1::VideoFacts> facts = ParseVideoHeader(*header);
+  WEFT_ASSIGN_OR_RETURN(const std::string header, ReadHeader(path));
+  absl::StatusOr<v1::VideoFacts> facts = ParseVideoHeader(header);
   if (!facts.ok()) return Named(path, facts.status());
   facts->set_path(path);
   facts->set_bytes(static_cast<uint64_t>(info.st_size));
@@ -381,18 +378,18 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   // Files of QuickTime and MP4 alone have edit lists.
   std::string log;
   const bool has_edits = absl::StrContains(facts->container(), "mov");
-  const absl::StatusOr<std::vector<VideoPacket>> packets = ReadPackets(path, has_edits ? &log : nullptr);
-  if (!packets.ok()) return packets.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<VideoPacket> packets,
+                        ReadPackets(path, has_edits ? &log : nullptr));
   const double count_s =
       static_cast<double>(facts->time_base_num()) / static_cast<double>(facts->time_base_den());
-  if (absl::Status edits = CheckEdits(ParseEdits(log, facts->stream()), *packets, count_s); !edits.ok())
+  if (absl::Status edits = CheckEdits(ParseEdits(log, facts->stream()), packets, count_s); !edits.ok())
     return Named(path, edits);
-  facts->set_begin_pts(BeginOf(*packets));
+  facts->set_begin_pts(BeginOf(packets));
   facts->set_hidden(static_cast<uint64_t>(std::count_if(
-      packets->begin(), packets->end(), [](const VideoPacket& packet) { return packet.is_hidden; })));
-  if (absl::Status status = FindTimecode(*header, *packets, *facts); !status.ok()) return status;
-  if (absl::Status status = ReadFrameTimes(seen, *packets, *facts); !status.ok()) return status;
-  if (packets->empty()) facts->set_begin_pts(facts->frame_pts(0));
+      packets.begin(), packets.end(), [](const VideoPacket& packet) { return packet.is_hidden; })));
+  WEFT_RETURN_IF_ERROR(FindTimecode(header, packets, *facts));
+  WEFT_RETURN_IF_ERROR(ReadFrameTimes(seen, packets, *facts));
+  if (packets.empty()) facts->set_begin_pts(facts->frame_pts(0));
   return facts;
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/studio/video/video_facts.h"
 
@@ -61,10 +62,9 @@ absl::StatusOr<VideoFrames> VideoFrames::Start(const v1::VideoFacts& facts, cons
         std::string("passthrough"), std::string("-frames:v"), absl::StrCat(places.count), std::string("-f"),
         std::string("rawvideo"), std::string("pipe:1")})
     arguments.push_back(word);
-  absl::StatusOr<VideoProgram> ffmpeg =
-      VideoProgram::Start("ffmpeg", facts.path(), arguments, VideoProgram::Out::kPipe);
-  if (!ffmpeg.ok()) return ffmpeg.status();
-  return VideoFrames(facts, std::move(places), *std::move(ffmpeg), VideoPixelFormat(facts, mosaic));
+  WEFT_ASSIGN_OR_RETURN(VideoProgram ffmpeg,
+                        VideoProgram::Start("ffmpeg", facts.path(), arguments, VideoProgram::Out::kPipe));
+  return VideoFrames(facts, std::move(places), std::move(ffmpeg), VideoPixelFormat(facts, mosaic));
 }
 
 absl::Status VideoFrames::Changed(const std::string& why) const {
@@ -100,9 +100,8 @@ absl::Status VideoFrames::Finish() {
       places_.used.begin(), places_.used.begin() + static_cast<std::ptrdiff_t>(places_.first), true));
   char more = 0;
   if (ffmpeg_.Read(&more, 1).ok()) return Changed("it gives more frames than at first");
-  const absl::StatusOr<VideoProgramOutput> said = ffmpeg_.Finish();
-  if (!said.ok()) return said.status();
-  const absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
+  WEFT_ASSIGN_OR_RETURN(const VideoProgramOutput said, ffmpeg_.Finish());
+  const absl::StatusOr<FrameLines> lines = ParseFrameLines(said.out);
   if (!lines.ok()) return Changed(std::string(lines.status().message()));
   bool same = lines->pts.size() == places_.count;
   for (uint64_t i = 0; same && i < places_.count; ++i) {

@@ -5,6 +5,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/studio/video/video_program.h"
 
 namespace weft {
@@ -39,13 +40,14 @@ absl::StatusOr<std::vector<VideoPacket>> ParsePackets(std::string_view csv) {
 }
 
 absl::StatusOr<std::vector<VideoPacket>> ReadPackets(const std::string& path, std::string* log) {
-  const auto said = RunVideoProgram("ffprobe", path,
-                                    {"-hide_banner", "-v", log == nullptr ? "quiet" : "debug",
-                                     "-protocol_whitelist", "file", "-select_streams", "v:0", "-show_entries",
-                                     "packet=pts,dts,flags", "-of", "csv=p=0", absl::StrCat("file:", path)});
-  if (!said.ok()) return said.status();
-  if (log != nullptr) *log = said->errors;
-  return ParsePackets(said->out);
+  WEFT_ASSIGN_OR_RETURN(
+      const auto said,
+      RunVideoProgram("ffprobe", path,
+                      {"-hide_banner", "-v", log == nullptr ? "quiet" : "debug", "-protocol_whitelist",
+                       "file", "-select_streams", "v:0", "-show_entries", "packet=pts,dts,flags", "-of",
+                       "csv=p=0", absl::StrCat("file:", path)}));
+  if (log != nullptr) *log = said.errors;
+  return ParsePackets(said.out);
 }
 
 }  // namespace weft

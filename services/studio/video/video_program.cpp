@@ -19,6 +19,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/ground/process/program_beside.h"
 
 extern char** environ;
@@ -183,10 +184,9 @@ absl::StatusOr<VideoProgramOutput> VideoProgram::Finish(const std::function<bool
 absl::StatusOr<VideoProgramOutput> RunVideoProgram(const std::string& program, const std::string& file,
                                                    const std::vector<std::string>& arguments,
                                                    const std::function<bool(size_t bytes)>& grown) {
-  absl::StatusOr<VideoProgram> started =
-      VideoProgram::Start(program, file, arguments, VideoProgram::Out::kKept);
-  if (!started.ok()) return started.status();
-  absl::StatusOr<VideoProgramOutput> said = started->Finish(grown);
+  WEFT_ASSIGN_OR_RETURN(VideoProgram started,
+                        VideoProgram::Start(program, file, arguments, VideoProgram::Out::kKept));
+  absl::StatusOr<VideoProgramOutput> said = started.Finish(grown);
   if (said.ok()) return said;
   return absl::Status(said.status().code(), absl::StrCat(file, ": ", said.status().message()));
 }

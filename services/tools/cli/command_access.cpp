@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "base/status_macros.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/access/role_words.h"
@@ -25,21 +26,18 @@ struct AccessCommandOptions {
 };
 
 absl::Status AddAccessToken(const AccessCommandOptions& options) {
-  const absl::StatusOr<v1::Role> role = ParseRole(options.role);
-  if (!role.ok()) return role.status();
-  const absl::StatusOr<NewToken> added =
-      AddToken(AccessListFile(options.state_folder), {options.who, *role, options.days});
-  if (!added.ok()) return added.status();
-  std::fprintf(stderr, "token %s of %s, %s; it is shown this once:\n", added->token.id().c_str(),
+  WEFT_ASSIGN_OR_RETURN(const v1::Role role, ParseRole(options.role));
+  WEFT_ASSIGN_OR_RETURN(const NewToken added,
+                        AddToken(AccessListFile(options.state_folder), {options.who, role, options.days}));
+  std::fprintf(stderr, "token %s of %s, %s; it is shown this once:\n", added.token.id().c_str(),
                options.who.c_str(), options.role.c_str());
-  std::printf("%s\n", added->text.c_str());
+  std::printf("%s\n", added.text.c_str());
   return absl::OkStatus();
 }
 
 absl::Status AllowAccessCertificate(const AccessCommandOptions& options) {
-  const absl::StatusOr<v1::Role> role = ParseRole(options.role);
-  if (!role.ok()) return role.status();
-  return AllowCertificate(AccessListFile(options.state_folder), options.who, *role);
+  WEFT_ASSIGN_OR_RETURN(const v1::Role role, ParseRole(options.role));
+  return AllowCertificate(AccessListFile(options.state_folder), options.who, role);
 }
 
 absl::Status RevokeAccessOf(const AccessCommandOptions& options) {
@@ -52,25 +50,24 @@ std::string DayOf(int64_t unix_ns) {
 }
 
 absl::Status ListAccess(const AccessCommandOptions& options) {
-  const absl::StatusOr<v1::AccessList> list = ReadAccessList(AccessListFile(options.state_folder));
-  if (!list.ok()) return list.status();
-  if (options.json) return PrintJsonMessage(*list);
-  if (list->tokens().empty() && list->certificates().empty())
+  WEFT_ASSIGN_OR_RETURN(const v1::AccessList list, ReadAccessList(AccessListFile(options.state_folder)));
+  if (options.json) return PrintJsonMessage(list);
+  if (list.tokens().empty() && list.certificates().empty())
     std::printf("no tokens and no certificates: the daemon knows its own user and root alone\n");
-  for (const v1::Token& token : list->tokens()) {
+  for (const v1::Token& token : list.tokens()) {
     std::printf("token        %-20s  %-8s  id %s, made %s, expires %s\n", token.name().c_str(),
                 RoleWord(token.role()), token.id().c_str(), DayOf(token.created_unix_ns()).c_str(),
                 DayOf(token.expires_unix_ns()).c_str());
   }
-  for (const v1::CertificateOwner& owner : list->certificates())
+  for (const v1::CertificateOwner& owner : list.certificates())
     std::printf("certificate  %-20s  %-8s\n", owner.common_name().c_str(), RoleWord(owner.role()));
   return absl::OkStatus();
 }
 
 absl::Status PrintAuditLog(const AccessCommandOptions& options) {
-  const auto entries = ReadAuditLog(AuditLogFile(options.state_folder), static_cast<size_t>(options.last));
-  if (!entries.ok()) return entries.status();
-  for (const v1::AuditEntry& entry : *entries) {
+  WEFT_ASSIGN_OR_RETURN(const auto entries,
+                        ReadAuditLog(AuditLogFile(options.state_folder), static_cast<size_t>(options.last)));
+  for (const v1::AuditEntry& entry : entries) {
     std::string about;
     for (const auto& [field, value] :
          std::map<std::string, std::string>(entry.about().begin(), entry.about().end()))

@@ -17,6 +17,7 @@
 #include "alignment/mesh_texture.h"
 #include "alignment/start_mesh.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
@@ -129,27 +130,24 @@ class StageWriter {
 absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Template& garment) {
   Extras extras;
   if (!options.scan.empty()) {
-    absl::StatusOr<ScanFile> scan = ReadScan(options.scan);
-    if (!scan.ok()) return scan.status();
-    extras.scan = *std::move(scan);
+    WEFT_ASSIGN_OR_RETURN(ScanFile scan, ReadScan(options.scan));
+    extras.scan = std::move(scan);
   }
   if (!options.start.empty()) {
-    absl::StatusOr<TriangleMesh> start = ReadForeignMesh(options.start);
-    if (!start.ok()) return start.status();
-    if (absl::Status status = CheckStartMesh(*start, garment.rest); !status.ok())
+    WEFT_ASSIGN_OR_RETURN(TriangleMesh start, ReadForeignMesh(options.start));
+    if (absl::Status status = CheckStartMesh(start, garment.rest); !status.ok())
       return absl::Status(status.code(), absl::StrCat(options.start, ": ", status.message()));
-    extras.start_mm = std::move(start->vertices_mm);
+    extras.start_mm = std::move(start.vertices_mm);
   }
   return extras;
 }
 
 absl::StatusOr<CloudTargets> ReadCloudTargets(const std::string& cloud, const Template& garment) {
-  const absl::StatusOr<Points> points = ReadPoints(cloud);
-  if (!points.ok()) return points.status();
-  if (points->unmeasured > 0)
+  WEFT_ASSIGN_OR_RETURN(const Points points, ReadPoints(cloud));
+  if (points.unmeasured > 0)
     PrintWarning(
-        absl::StrCat(cloud, ": ", points->unmeasured, " points have no measurement and are left out"));
-  return TargetsFromPly(points->ply, cloud, garment);
+        absl::StrCat(cloud, ": ", points.unmeasured, " points have no measurement and are left out"));
+  return TargetsFromPly(points.ply, cloud, garment);
 }
 
 // What of template and start did not lie as the cloud does.
@@ -182,32 +180,27 @@ void WarnOfScan(const std::string& path, const v1::ScanReport& scan) {
 }
 
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
-  const absl::StatusOr<CommandPipeline> pipeline =
-      MakeCommandPipeline(options.preset, options.pipeline, {"alignment"});
-  if (!pipeline.ok()) return pipeline.status();
-  const absl::StatusOr<Template> garment = ReadTemplate(options.garment);
-  if (!garment.ok()) return garment.status();
-  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.garment);
-  if (!parts.ok()) return parts.status();
-  const absl::StatusOr<CloudTargets> targets = ReadCloudTargets(options.cloud, *garment);
-  if (!targets.ok()) return targets.status();
-  if (!quiet && static_cast<size_t>(targets->unclaimed) > targets->targets.size()) {
-    PrintWarning(absl::StrCat(options.cloud, ": ", targets->unclaimed,
-                              " points have no vertex in the template and ", targets->targets.size(),
+  WEFT_ASSIGN_OR_RETURN(const CommandPipeline pipeline,
+                        MakeCommandPipeline(options.preset, options.pipeline, {"alignment"}));
+  WEFT_ASSIGN_OR_RETURN(const Template garment, ReadTemplate(options.garment));
+  WEFT_ASSIGN_OR_RETURN(const GarmentParts parts, ReadGarmentParts(options.garment));
+  WEFT_ASSIGN_OR_RETURN(const CloudTargets targets, ReadCloudTargets(options.cloud, garment));
+  if (!quiet && static_cast<size_t>(targets.unclaimed) > targets.targets.size()) {
+    PrintWarning(absl::StrCat(options.cloud, ": ", targets.unclaimed,
+                              " points have no vertex in the template and ", targets.targets.size(),
                               " have one; is it the template of this garment?"));
   }
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  const absl::StatusOr<Extras> extras = ReadExtras(options, *garment);
-  if (!extras.ok()) return extras.status();
-  StageWriter stages(options.stages, *garment);
-  AlignContext context{.rays = &targets->rays,
-                       .scan = options.scan.empty() ? nullptr : &extras->scan.scan,
-                       .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
+  WEFT_ASSIGN_OR_RETURN(const Extras extras, ReadExtras(options, garment));
+  StageWriter stages(options.stages, garment);
+  AlignContext context{.rays = &targets.rays,
+                       .scan = options.scan.empty() ? nullptr : &extras.scan.scan,
+                       .start_mm = options.start.empty() ? nullptr : &extras.start_mm};
   if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
   const Stopwatch watch;
   const absl::StatusOr<AlignResult> result =
-      Align(*garment, targets->targets, pipeline->options.alignment, context);
+      Align(garment, targets.targets, pipeline.options.alignment, context);
   if (!result.ok()) {
     // What is wrong with the scan names its file.
     if (!options.scan.empty() && absl::StartsWith(result.status().message(), options.scan))
@@ -217,21 +210,19 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   if (!stages.status().ok()) return stages.status();
   if (!quiet) WarnOfPlaces(options, *result);
   const double align_ms = watch.Ms();
-  const absl::Status written =
-      WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
-  if (!written.ok()) return written;
-  v1::AlignReport report = Describe(options, *result, *garment, *targets, extras->scan);
-  report.set_self_intersections(SelfIntersections(*result, *garment, pipeline->options.alignment));
+  WEFT_RETURN_IF_ERROR(
+      WriteRegisteredMesh(options.out, result->mesh, garment.rest.faces, TextureOf(garment, parts)));
+  v1::AlignReport report = Describe(options, *result, garment, targets, extras.scan);
+  report.set_self_intersections(SelfIntersections(*result, garment, pipeline.options.alignment));
   report.set_align_ms(align_ms);
-  *report.mutable_options() = pipeline->message;
+  *report.mutable_options() = pipeline.message;
   if (!options.scan.empty()) WarnOfScan(options.scan, report.mesh().scan());
   if (!options.json) {
     PrintReport(report);
     return absl::OkStatus();
   }
-  const absl::StatusOr<std::string> json = ToJson(report);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(report));
+  std::fputs(json.c_str(), stdout);
   return absl::OkStatus();
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/work/animation/avatar_goals.h"
@@ -27,10 +28,9 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
   command->callback([options, &line] {
     line.confined = {.readable = {options->path}};
     line.run = [options]() -> absl::Status {
-      const absl::StatusOr<v1::Avatar> about = ReadAnyAvatar(options->path);
-      if (!about.ok()) return about.status();
-      if (options->json) return PrintJsonMessage(*about);
-      std::fputs(AvatarText(options->path, *about).c_str(), stdout);
+      WEFT_ASSIGN_OR_RETURN(const v1::Avatar about, ReadAnyAvatar(options->path));
+      if (options->json) return PrintJsonMessage(about);
+      std::fputs(AvatarText(options->path, about).c_str(), stdout);
       return absl::OkStatus();
     };
   });

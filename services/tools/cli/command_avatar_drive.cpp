@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -47,8 +48,7 @@ struct DriveOptions {
 
 absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   const std::vector<std::string> stages = {"decode"};
-  const absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, stages);
-  if (!changes.ok()) return changes.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::PipelineOptions changes, ChangesOf(options.pipeline, stages));
   v1::RegistrationSpec spec;
   spec.set_dump(options.dump);
   spec.set_rig(options.rig);
@@ -64,10 +64,9 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   v1::RegistrationOptions asked;
   asked.set_mosaic(options.mosaic);
   asked.set_write_observations(options.observations);
-  *asked.mutable_pipeline() = OfStages(*changes, stages);
-  absl::StatusOr<v1::RegistrationOptions> effective = EffectiveDriveOptions(asked);
-  if (!effective.ok()) return effective.status();
-  *spec.mutable_options() = *std::move(effective);
+  *asked.mutable_pipeline() = OfStages(changes, stages);
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions effective, EffectiveDriveOptions(asked));
+  *spec.mutable_options() = std::move(effective);
   return WithAbsolutePaths(std::move(spec));
 }
 
@@ -148,7 +147,7 @@ absl::Status CheckPlace(const DriveOptions& options) {
 }
 
 absl::Status Drive(const DriveOptions& options, bool quiet) {
-  if (absl::Status status = CheckPlace(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPlace(options));
   absl::StatusOr<v1::RegistrationSpec> spec = DriveSpecOf(options);
   if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
@@ -159,20 +158,19 @@ absl::Status Drive(const DriveOptions& options, bool quiet) {
     return job.status();
   }
   const auto run = !options.server.empty() ? DriveAtDaemon : options.live ? RunLive : RunAll;
-  const absl::StatusOr<v1::Job> job = run(options, *spec, quiet, signals.token());
-  if (!job.ok()) return job.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, run(options, *spec, quiet, signals.token()));
   if (!quiet)
-    for (const std::string& warning : job->warnings()) PrintWarning(warning);
+    for (const std::string& warning : job.warnings()) PrintWarning(warning);
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(job));
   } else {
-    if (job->has_verdict()) PrintVerdict(job->verdict());
-    if (const std::string note = DrivenSigmaNote(*job); !note.empty())
+    if (job.has_verdict()) PrintVerdict(job.verdict());
+    if (const std::string note = DrivenSigmaNote(job); !note.empty())
       std::printf("note     %s\n", note.c_str());
-    if (job->driven().has_live()) std::printf("live     %s\n", LiveDrivingText(job->driven().live()).c_str());
+    if (job.driven().has_live()) std::printf("live     %s\n", LiveDrivingText(job.driven().live()).c_str());
     std::printf("results  %s\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
   }
-  return OutcomeOf(*job);
+  return OutcomeOf(job);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -74,7 +75,7 @@ NetTrainer TrainerThatShows(TrainingView& view) {
 
 // As Halimi et al. 2022.
 absl::Status TrainPaper(const TrainOptions& options, int threads, bool quiet) {
-  if (absl::Status status = CheckNetTrainer(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckNetTrainer());
   const StopOnSignal signals;  // before the first thread
   const Stopwatch watch;
   const AvatarRequest& given = options.request;
@@ -109,7 +110,7 @@ absl::Status Train(const TrainOptions& options, bool quiet) {
     TrainingView view(quiet);
     AvatarRequest request = options.request;
     if (options.has_net) {
-      if (absl::Status status = CheckNetTrainer(); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CheckNetTrainer());
       request.net = options.net;
       request.net->threads = threads;
       request.net->trainer = TrainerThatShows(view);

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "figure/body.h"
 #include "figure/joint_angles.h"
 #include "figure/skeleton.h"
@@ -36,7 +37,7 @@ absl::StatusOr<BodyShape> ShapeFor(const BodyMakeOptions& options) {
     if (options.factors[k]) shape.*factor.value = *options.factors[k];
     if (options.girth && factor.name.ends_with("girth")) shape.*factor.value *= *options.girth;
   }
-  if (absl::Status status = shape.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(shape.Validate());
   return shape;
 }
 
@@ -55,21 +56,19 @@ void PrintBody(const std::string& path, const NamedBody& body) {
 }
 
 absl::Status MakeBodyFile(const BodyMakeOptions& options) {
-  const absl::StatusOr<BodyShape> shape = ShapeFor(options);
-  if (!shape.ok()) return shape.status();
-  const NamedBody body = {options.id, *shape};
-  if (absl::Status status = WriteBody(options.out, body); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const BodyShape shape, ShapeFor(options));
+  const NamedBody body = {options.id, shape};
+  WEFT_RETURN_IF_ERROR(WriteBody(options.out, body));
   PrintBody(options.out, body);
   return absl::OkStatus();
 }
 
 absl::Status ShowBody(const std::string& path, const std::string& mesh_path) {
-  const absl::StatusOr<NamedBody> body = ReadBody(path);
-  if (!body.ok()) return body.status();
-  PrintBody(path, *body);
+  WEFT_ASSIGN_OR_RETURN(const NamedBody body, ReadBody(path));
+  PrintBody(path, body);
   if (mesh_path.empty()) return absl::OkStatus();
-  const TriangleMesh mesh = {Body(PoseOf(NaturalAngles()), body->shape).MeshVertices(), Body::MeshFaces()};
-  if (absl::Status status = WriteMesh(mesh_path, mesh); !status.ok()) return status;
+  const TriangleMesh mesh = {Body(PoseOf(NaturalAngles()), body.shape).MeshVertices(), Body::MeshFaces()};
+  WEFT_RETURN_IF_ERROR(WriteMesh(mesh_path, mesh));
   std::printf("%s: the body, standing at ease; its parts overlap\n", mesh_path.c_str());
   return absl::OkStatus();
 }

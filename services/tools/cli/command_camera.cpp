@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/status_macros.h"
 #include "services/studio/recording/camera_list.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -21,11 +22,9 @@ absl::Status PrintCameras(const CameraListCommandOptions& options) {
   if (options.server.empty()) {
     list = ListCameras();
   } else {
-    const auto connection = RegistrationClient::Connect(options.server);
-    if (!connection.ok()) return connection.status();
-    const absl::StatusOr<v1::CameraList> theirs = CameraClient(**connection).List();
-    if (!theirs.ok()) return theirs.status();
-    list = *theirs;
+    WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
+    WEFT_ASSIGN_OR_RETURN(const v1::CameraList theirs, CameraClient(*connection).List());
+    list = theirs;
   }
   if (options.json) return PrintJsonMessage(list);
   std::fputs(CameraListText(list, options.details).c_str(), stdout);

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/loopback.h"
+#include "base/status_macros.h"
 #include "capture/image/raw_frame.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/json_file.h"
@@ -53,22 +54,19 @@ const std::map<PixelFormat, RawFormat>& Formats() {
 absl::StatusOr<std::vector<FakeCamera>> CamerasOfDump(const FakeCommandOptions& options) {
   const std::string rig_file =
       options.rig.empty() ? (std::filesystem::path(options.pictures) / "rig.json").string() : options.rig;
-  const absl::StatusOr<Rig> rig = ReadRig(rig_file);
-  if (!rig.ok()) return rig.status();
-  const auto dump = OpenDump(options.pictures, *rig);
-  if (!dump.ok()) return dump.status();
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(rig_file));
+  WEFT_ASSIGN_OR_RETURN(const auto dump, OpenDump(options.pictures, rig));
   std::vector<FakeCamera> cameras;
   uint64_t bytes = 0;
-  for (size_t camera = 0; camera < rig->cameras.size(); ++camera) {
-    FakeCamera fake{rig->cameras[camera].id, {}};
-    for (size_t index = 0; index < (*dump)->frame_names().size(); ++index) {
-      const absl::StatusOr<Frame> frame = (*dump)->ReadView(index, camera);
-      if (!frame.ok()) return frame.status();
-      fake.pictures.width_px = static_cast<uint32_t>(frame->width_px);
-      fake.pictures.height_px = static_cast<uint32_t>(frame->height_px);
-      fake.pictures.pixel_format = static_cast<uint32_t>(Formats().at(frame->format));
-      fake.pictures.images.push_back(*frame->pixels);
-      bytes += frame->pixels->size();
+  for (size_t camera = 0; camera < rig.cameras.size(); ++camera) {
+    FakeCamera fake{rig.cameras[camera].id, {}};
+    for (size_t index = 0; index < dump->frame_names().size(); ++index) {
+      WEFT_ASSIGN_OR_RETURN(const Frame frame, dump->ReadView(index, camera));
+      fake.pictures.width_px = static_cast<uint32_t>(frame.width_px);
+      fake.pictures.height_px = static_cast<uint32_t>(frame.height_px);
+      fake.pictures.pixel_format = static_cast<uint32_t>(Formats().at(frame.format));
+      fake.pictures.images.push_back(frame->pixels);
+      bytes += frame.pixels->size();
       if (bytes > kMostPictures_bytes)
         return absl::InvalidArgumentError(
             absl::StrCat(options.pictures, ": its pictures take more than ", kMostPictures_bytes >> 30,
@@ -98,7 +96,7 @@ absl::StatusOr<std::string> AddressOf(const std::string& first, size_t index) {
 
 // A session of cameras without hardware is made again as easily as this one.
 absl::Status MayWriteSession(const FakeCommandOptions& options) {
-  if (absl::Status status = CheckParentFolder(options.session); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckParentFolder(options.session));
   v1::Session before;
   const bool is_known = ReadJsonFile(options.session, before).ok();
   const auto& cameras = before.cameras();
@@ -111,23 +109,21 @@ absl::Status MayWriteSession(const FakeCommandOptions& options) {
 }
 
 absl::Status Serve(const FakeCommandOptions& options) {
-  if (absl::Status status = MayWriteSession(options); !status.ok()) return status;
-  absl::StatusOr<std::vector<FakeCamera>> fakes = CamerasOf(options);
-  if (!fakes.ok()) return fakes.status();
+  WEFT_RETURN_IF_ERROR(MayWriteSession(options));
+  WEFT_ASSIGN_OR_RETURN(std::vector<FakeCamera> fakes, CamerasOf(options));
   v1::Session session;
   session.set_fps(options.fps);
   session.set_ptp(true);
-  for (size_t i = 0; i < fakes->size(); ++i) {
-    const absl::StatusOr<std::string> address = AddressOf(options.address, i);
-    if (!address.ok()) return address.status();
-    if (!IsFreeForGigeEmulator(*address))
+  for (size_t i = 0; i < fakes.size(); ++i) {
+    WEFT_ASSIGN_OR_RETURN(const std::string address, AddressOf(options.address, i));
+    if (!IsFreeForGigeEmulator(address))
       return absl::FailedPreconditionError(
-          absl::StrCat("port 3956 of ", *address,
+          absl::StrCat("port 3956 of ", address,
                        " cannot be had: other cameras run there (`weft camera list`), or it "
                        "is no address of this machine; try another --address"));
     v1::SessionCamera& camera = *session.add_cameras();
-    camera.set_id((*fakes)[i].id);
-    camera.mutable_gige()->set_device(*address);
+    camera.set_id(fakes[i].id);
+    camera.mutable_gige()->set_device(address);
   }
   // Threads take over the mask: signals wait for this one.
   sigset_t signals;
@@ -136,12 +132,10 @@ absl::Status Serve(const FakeCommandOptions& options) {
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::vector<std::unique_ptr<GigeEmulator>> cameras;
-  for (size_t i = 0; i < fakes->size(); ++i)
-    cameras.push_back(std::make_unique<GigeEmulator>((*fakes)[i].id,
-                                                     session.cameras(static_cast<int>(i)).gige().device(),
-                                                     std::move((*fakes)[i].pictures)));
-  if (absl::Status status = WriteJsonFile(options.session, session, JsonZeros::kOmitted); !status.ok())
-    return status;
+  for (size_t i = 0; i < fakes.size(); ++i)
+    cameras.push_back(std::make_unique<GigeEmulator>(
+        fakes[i].id, session.cameras(static_cast<int>(i)).gige().device(), std::move(fakes[i].pictures)));
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(options.session, session, JsonZeros::kOmitted));
   std::printf(
       "%zu GigE Vision cameras film at %s to %s until Ctrl-C. In another terminal:\n"
       "  weft take record --session %s --out TAKE --seconds 5\n",

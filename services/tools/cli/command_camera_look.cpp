@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/session_file.h"
@@ -27,9 +28,8 @@ absl::StatusOr<v1::LookAtCamerasRequest> RequestOf(const CameraLookOptions& opti
   if (!options.take_id.empty()) {
     request.set_take_id(options.take_id);
   } else if (!options.session.empty()) {
-    const absl::StatusOr<v1::Session> session = ReadSession(options.session);
-    if (!session.ok()) return session.status();
-    *request.mutable_cameras() = *session;
+    WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(options.session));
+    *request.mutable_cameras() = session;
   } else if (!options.lease.empty()) {
     request.set_lease(options.lease);
   } else {
@@ -54,19 +54,16 @@ void PrintLook(const v1::CameraLook& look) {
 }
 
 absl::Status LookAtCameras(const CameraLookOptions& options) {
-  const absl::StatusOr<v1::LookAtCamerasRequest> request = RequestOf(options);
-  if (!request.ok()) return request.status();
-  const auto connection = RegistrationClient::Connect(options.server);
-  if (!connection.ok()) return connection.status();
-  absl::StatusOr<std::vector<v1::CameraLook>> looks = CameraClient(**connection).Look(*request);
-  if (!looks.ok()) return looks.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::LookAtCamerasRequest request, RequestOf(options));
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::CameraLook> looks, CameraClient(*connection).Look(request));
   if (!options.out.empty()) {
-    if (absl::Status status = CreateFolders(options.out); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(options.out));
   }
-  for (v1::CameraLook& look : *looks) {
+  for (v1::CameraLook& look : looks) {
     if (!options.out.empty() && !look.jpeg().empty()) {
       const std::string file = absl::StrCat(options.out, "/", look.camera().id(), ".jpg");
-      if (absl::Status status = WriteFileAtomically(file, look.jpeg()); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(WriteFileAtomically(file, look.jpeg()));
     }
     look.clear_jpeg();
     if (!options.json) {

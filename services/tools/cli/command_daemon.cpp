@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -19,20 +20,17 @@ struct DrainCommandOptions {
 };
 
 absl::Status RunDrain(const DrainCommandOptions& options, bool quiet) {
-  const auto connection = RegistrationClient::Connect(options.server);
-  if (!connection.ok()) return connection.status();
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
   v1::DrainRequest request;
   request.set_finish_jobs(options.finish_jobs);
   std::string told;
-  const absl::Status status =
-      ServerClient(**connection).DrainUntilItStops(request, [&](const auto& progress) {
-        std::string line = absl::StrCat(progress.frames_running(), " frames run, ",
-                                        progress.jobs_unfinished(), " jobs have not ended");
-        if (quiet || line == told) return;
-        std::fprintf(stderr, "draining: %s\n", line.c_str());
-        told = std::move(line);
-      });
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ServerClient(*connection).DrainUntilItStops(request, [&](const auto& progress) {
+    std::string line = absl::StrCat(progress.frames_running(), " frames run, ", progress.jobs_unfinished(),
+                                    " jobs have not ended");
+    if (quiet || line == told) return;
+    std::fprintf(stderr, "draining: %s\n", line.c_str());
+    told = std::move(line);
+  }));
   std::printf("the daemon at %s has stopped; its next start goes on\n", options.server.c_str());
   return absl::OkStatus();
 }
@@ -96,22 +94,21 @@ void PrintStep(const v1::RetentionStep& step, const std::string& when) {
 }
 
 absl::Status RunRetention(const RetentionCommandOptions& options) {
-  const auto connection = RegistrationClient::Connect(options.server);
-  if (!connection.ok()) return connection.status();
-  const auto rehearsal = ServerClient(**connection).RehearseRetention(RehearsalRequest(options));
-  if (!rehearsal.ok()) return rehearsal.status();
-  if (options.json) return PrintJsonMessage(*rehearsal);
-  PrintRules(rehearsal->rules());
-  std::printf("days count while the daemon runs: it has seen %.2f\n", rehearsal->seen_days());
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
+  WEFT_ASSIGN_OR_RETURN(const auto rehearsal,
+                        ServerClient(*connection).RehearseRetention(RehearsalRequest(options)));
+  if (options.json) return PrintJsonMessage(rehearsal);
+  PrintRules(rehearsal.rules());
+  std::printf("days count while the daemon runs: it has seen %.2f\n", rehearsal.seen_days());
   if (options.dry_run) {
-    std::printf(rehearsal->steps().empty() ? "nothing would go\n" : "would go, in this order:\n");
-    for (const v1::RetentionStep& step : rehearsal->steps()) PrintStep(step, WhenDue(step.due_in_s()));
-    for (const std::string& note : rehearsal->notes()) std::printf("note: %s\n", note.c_str());
+    std::printf(rehearsal.steps().empty() ? "nothing would go\n" : "would go, in this order:\n");
+    for (const v1::RetentionStep& step : rehearsal.steps()) PrintStep(step, WhenDue(step.due_in_s()));
+    for (const std::string& note : rehearsal.notes()) std::printf("note: %s\n", note.c_str());
     return absl::OkStatus();
   }
-  std::printf(rehearsal->done().empty() ? "nothing went since its start; audit.log has what went before\n"
-                                        : "went since its start, newest first; audit.log has the times:\n");
-  for (const v1::RetentionStep& step : rehearsal->done()) PrintStep(step, "gone");
+  std::printf(rehearsal.done().empty() ? "nothing went since its start; audit.log has what went before\n"
+                                       : "went since its start, newest first; audit.log has the times:\n");
+  for (const v1::RetentionStep& step : rehearsal.done()) PrintStep(step, "gone");
   return absl::OkStatus();
 }
 

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/synthetic/dataset_file.h"
 #include "services/formats/synthetic/dataset_writer.h"
@@ -30,8 +31,7 @@ struct DatasetMakeOptions {
 };
 
 absl::Status MakeDatasetFolder(const DatasetMakeOptions& options, bool quiet) {
-  const absl::StatusOr<DatasetPreset> preset = DatasetPresetNamed(options.name);
-  if (!preset.ok()) return preset.status();
+  WEFT_ASSIGN_OR_RETURN(const DatasetPreset preset, DatasetPresetNamed(options.name));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   options.threads > 0
                                       ? static_cast<size_t>(options.threads)
@@ -42,7 +42,7 @@ absl::Status MakeDatasetFolder(const DatasetMakeOptions& options, bool quiet) {
   std::string shown;
   std::optional<Progress> progress;
   const absl::StatusOr<DatasetSummary> summary = MakeDataset(
-      *preset, options.out, options.minutes,
+      preset, options.out, options.minutes,
       [&](const std::string& take, int done, int frames) {
         if (shown != take)
           progress.reset(), progress.emplace(take, static_cast<uint64_t>(frames), visible), shown = take;
@@ -66,10 +66,9 @@ std::string DatasetsText() {
 }
 
 absl::Status ListDataset(const std::string& name) {
-  const absl::StatusOr<DatasetPreset> preset = DatasetPresetNamed(name);
-  if (!preset.ok()) return preset.status();
+  WEFT_ASSIGN_OR_RETURN(const DatasetPreset preset, DatasetPresetNamed(name));
   std::printf("%-26s %-12s %-9s %6s\n", "take", "split", "motion", "frames");
-  for (const DatasetTake& take : preset->takes)
+  for (const DatasetTake& take : preset.takes)
     std::printf("%-26s %-12s %-9s %6d\n", take.Name().c_str(), std::string(NameOf(take.split)).c_str(),
                 std::string(NameOf(take.motion)).c_str(), take.frames);
   return absl::OkStatus();
@@ -91,19 +90,17 @@ void PrintFloor(const std::vector<TakeFloor>& floor) {
 }
 
 absl::Status ShowDataset(const std::string& folder) {
-  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
-  if (!dataset.ok()) return dataset.status();
-  const absl::StatusOr<std::vector<TakeFloor>> floor = MeasureFloor(*dataset, folder);
-  if (!floor.ok()) return floor.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Dataset dataset, ReadDatasetFile(folder));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<TakeFloor> floor, MeasureFloor(dataset, folder));
   std::printf("%s: %s, made by %s, %d vertices of %g mm cells, %g frames a second, template %s\n",
-              folder.c_str(), dataset->name().c_str(), dataset->made_by().c_str(), dataset->vertices(),
-              dataset->cell_mm(), dataset->fps(), dataset->template_hash().c_str());
+              folder.c_str(), dataset.name().c_str(), dataset.made_by().c_str(), dataset.vertices(),
+              dataset.cell_mm(), dataset.fps(), dataset.template_hash().c_str());
   struct Count {
     int takes = 0, complete = 0, frames = 0;
     std::set<std::string> motions;
   };
   std::map<std::string, Count> splits;
-  for (const v1::DatasetTake& take : dataset->takes()) {
+  for (const v1::DatasetTake& take : dataset.takes()) {
     Count& count = splits[take.split()];
     ++count.takes;
     count.motions.insert(take.motion());
@@ -114,14 +111,13 @@ absl::Status ShowDataset(const std::string& folder) {
   for (const auto& [split, count] : splits)
     std::printf("%-12s %d of %d takes are complete, %d frames: %s\n", split.c_str(), count.complete,
                 count.takes, count.frames, absl::StrJoin(count.motions, ", ").c_str());
-  PrintFloor(*floor);
+  PrintFloor(floor);
   return absl::OkStatus();
 }
 
 absl::Status CheckDataset(const std::string& folder) {
-  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
-  if (!dataset.ok()) return dataset.status();
-  if (absl::Status status = CheckDatasetFrames(*dataset, folder); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const v1::Dataset dataset, ReadDatasetFile(folder));
+  WEFT_RETURN_IF_ERROR(CheckDatasetFrames(dataset, folder));
   std::printf("%s: all complete takes are as they were made, and no test leaks into training\n",
               folder.c_str());
   return absl::OkStatus();

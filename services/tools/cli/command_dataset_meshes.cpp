@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "alignment/garment_parts.h"
 #include "alignment/mesh_texture.h"
+#include "base/status_macros.h"
 #include "figure/body.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -36,9 +37,8 @@ absl::StatusOr<BodyShape> BodyOfTake(const DatasetMeshesOptions& options) {
   if (at != std::string::npos) hash = recipe->substr(at + word.size(), hash.size());
   BodyShape shape;
   if (!options.body.empty()) {
-    const absl::StatusOr<NamedBody> body = ReadBody(options.body);
-    if (!body.ok()) return body.status();
-    shape = body->shape;
+    WEFT_ASSIGN_OR_RETURN(const NamedBody body, ReadBody(options.body));
+    shape = body.shape;
   }
   if (BodyHash(shape) == hash) return shape;
   return absl::FailedPreconditionError(absl::StrCat(
@@ -63,23 +63,21 @@ absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, C
   const std::string& out = options.out;
   WrittenMeshes written;
   BodyShape shape;
-  if (absl::Status status = CreateFolders(absl::StrCat(out, "/cloth")); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(absl::StrCat(out, "/cloth")));
   for (int k = 0; k < take.frames(); ++k) {
-    absl::StatusOr<ClothFrame> frame = take.Read(k);
-    if (!frame.ok()) return frame.status();
+    WEFT_ASSIGN_OR_RETURN(ClothFrame frame, take.Read(k));
     const std::string name = take.frame_names().empty() ? absl::StrFormat("%04d", k) : take.frame_names()[k];
-    if (frame->pose && !written.has_body) {  // before a file of the frame is there: it may be another body
-      const absl::StatusOr<BodyShape> of_take = BodyOfTake(options);
-      if (!of_take.ok()) return of_take.status();
-      shape = *of_take;
-      if (absl::Status status = CreateFolders(absl::StrCat(out, "/body")); !status.ok()) return status;
+    if (frame.pose && !written.has_body) {  // before a file of the frame is there: it may be another body
+      WEFT_ASSIGN_OR_RETURN(const BodyShape of_take, BodyOfTake(options));
+      shape = of_take;
+      WEFT_RETURN_IF_ERROR(CreateFolders(absl::StrCat(out, "/body")));
       written.has_body = true;
     }
-    MoveAll(transform, frame->vertices_mm);
+    MoveAll(transform, frame.vertices_mm);
     absl::Status status = WriteMesh(absl::StrCat(out, "/cloth/", name, ".ply"),
-                                    {std::move(frame->vertices_mm), garment.rest.faces}, texture);
-    if (status.ok() && frame->pose) {
-      std::vector<Eigen::Vector3d> body = Body(*frame->pose, shape).MeshVertices();
+                                    {std::move(frame.vertices_mm), garment.rest.faces}, texture);
+    if (status.ok() && frame.pose) {
+      std::vector<Eigen::Vector3d> body = Body(frame->pose, shape).MeshVertices();
       MoveAll(transform, body);
       status = WriteMesh(absl::StrCat(out, "/body/", name, ".ply"), {std::move(body), Body::MeshFaces()});
     }
@@ -91,38 +89,31 @@ absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, C
 }
 
 absl::StatusOr<ExportTransform> TransformOf(const DatasetMeshesOptions& options) {
-  const absl::StatusOr<UpAxis> up = UpAxisFromName(options.up);
-  if (!up.ok()) return up.status();
-  const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
-  if (!unit.ok()) return unit.status();
-  return ExportTransform::Make(*up, "-y", *unit);
+  WEFT_ASSIGN_OR_RETURN(const UpAxis up, UpAxisFromName(options.up));
+  WEFT_ASSIGN_OR_RETURN(const LengthUnit unit, LengthUnitFromName(options.unit));
+  return ExportTransform::Make(up, "-y", unit);
 }
 
 absl::Status WriteTakeMeshes(const DatasetMeshesOptions& options, bool quiet) {
-  const absl::StatusOr<ExportTransform> transform = TransformOf(options);
-  if (!transform.ok()) return transform.status();
-  absl::StatusOr<ClothSource> source = OpenClothSource(options.take, 0);
-  if (!source.ok()) return source.status();
-  if (source->takes.size() != 1) {
+  WEFT_ASSIGN_OR_RETURN(const ExportTransform transform, TransformOf(options));
+  WEFT_ASSIGN_OR_RETURN(ClothSource source, OpenClothSource(options.take, 0));
+  if (source.takes.size() != 1) {
     return absl::InvalidArgumentError(
-        absl::StrCat(options.take, ": holds ", source->takes.size(),
+        absl::StrCat(options.take, ": holds ", source.takes.size(),
                      " takes; give one of them, of a data set one of its folders takes/<take>"));
   }
   std::vector<ClothSource> sources;
-  sources.push_back(*std::move(source));
+  sources.push_back(std::move(source));
   ClothTake& take = sources.front().takes.front();
-  const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, "");
-  if (!garment.ok()) return garment.status();
-  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(garment->path);
-  if (!parts.ok()) return parts.status();
+  WEFT_ASSIGN_OR_RETURN(const SharedTemplate garment, TemplateOfSources(sources, ""));
+  WEFT_ASSIGN_OR_RETURN(const GarmentParts parts, ReadGarmentParts(garment.path));
   Progress progress("meshes", 1, ProgressVisible(quiet));
-  const absl::StatusOr<WrittenMeshes> written =
-      WriteMeshes(options, take, garment->garment, TextureOf(garment->garment, *parts), *transform, progress);
-  if (!written.ok()) return written.status();
-  std::printf("%s: the cloth of %d frames%s, %s, %s up, %g frames/s\n", options.out.c_str(), written->frames,
-              written->has_body ? ", and the body" : "", options.unit.c_str(), options.up.c_str(),
-              take.fps());
-  if (!written->has_body && !quiet) {
+  WEFT_ASSIGN_OR_RETURN(
+      const WrittenMeshes written,
+      WriteMeshes(options, take, garment.garment, TextureOf(garment.garment, parts), transform, progress));
+  std::printf("%s: the cloth of %d frames%s, %s, %s up, %g frames/s\n", options.out.c_str(), written.frames,
+              written.has_body ? ", and the body" : "", options.unit.c_str(), options.up.c_str(), take.fps());
+  if (!written.has_body && !quiet) {
     std::printf(
         "Its person's pose is not known: takes of `weft simulate --motion FILE --no-pictures` and of data "
         "sets keep it.\n");

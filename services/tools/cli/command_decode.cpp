@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
@@ -77,9 +78,8 @@ absl::Status CheckWritable(const std::string& file) {
 }
 
 absl::StatusOr<BoardIndex> LoadBoard(const std::string& path) {
-  const absl::StatusOr<Board> board = ReadBoard(path);
-  if (!board.ok()) return board.status();
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(path));
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok())
     return absl::Status(index.status().code(), absl::StrCat(path, ": ", index.status().message()));
   return index;
@@ -261,37 +261,31 @@ absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& o
 
 absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   const Stopwatch watch;
-  absl::StatusOr<CommandPipeline> pipeline =
-      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode"});
-  if (!pipeline.ok()) return pipeline.status();
-  pipeline->options.decode.explain = !options.explain.empty();
-  const auto inputs = FindDecodeInputs(options.images, options.frames, options.mosaic);
-  if (!inputs.ok()) return inputs.status();
-  for (const std::string& note : inputs->notes) PrintWarning(note);
-  if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
-  const absl::StatusOr<BoardIndex> board = LoadBoard(options.board);
-  if (!board.ok()) return board.status();
+  WEFT_ASSIGN_OR_RETURN(CommandPipeline pipeline,
+                        MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode"}));
+  pipeline.options.decode.explain = !options.explain.empty();
+  WEFT_ASSIGN_OR_RETURN(const auto inputs, FindDecodeInputs(options.images, options.frames, options.mosaic));
+  for (const std::string& note : inputs.notes) PrintWarning(note);
+  WEFT_RETURN_IF_ERROR(CheckWritable(options.out));
+  WEFT_ASSIGN_OR_RETURN(const BoardIndex board, LoadBoard(options.board));
   if (!options.explain.empty()) {
-    if (absl::Status status = CreateFolders(options.explain); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(options.explain));
   }
-  std::vector<DecodedFile> files =
-      DecodeFiles(options, inputs->views, *board, pipeline->options.decode, quiet);
+  std::vector<DecodedFile> files = DecodeFiles(options, inputs.views, board, pipeline.options.decode, quiet);
 
   std::vector<std::string> found;
   for (DecodedFile& file : files) {
     if (file.image.ok()) found.push_back(std::move(file.lines));
   }
   if (!found.empty()) {
-    absl::Status status = WriteFileAtomically(options.out, ObservationsCsv(found));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(options.out, ObservationsCsv(found)));
   }
   v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, watch.Ms());
-  *report.mutable_options() = pipeline->message;
+  *report.mutable_options() = pipeline.message;
   Assess(report);
   if (options.json) {
-    const absl::StatusOr<std::string> json = ToJson(report);
-    if (!json.ok()) return json.status();
-    std::fputs(json->c_str(), stdout);
+    WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(report));
+    std::fputs(json.c_str(), stdout);
   } else if (!found.empty()) {
     if (report.verdict().grade() != v1::GRADE_GOOD) PrintVerdict(report.verdict());
     PrintTable(report);

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/recording/doctor.h"
 #include "services/studio/recording/session_file.h"
@@ -23,16 +24,15 @@ struct DoctorCommandOptions {
 
 absl::Status RunDoctor(DoctorCommandOptions& options) {
   if (!options.session.empty()) {
-    absl::StatusOr<v1::Session> session = ReadSession(options.session);
-    if (!session.ok()) return session.status();
-    options.doctor.session = *std::move(session);
+    WEFT_ASSIGN_OR_RETURN(v1::Session session, ReadSession(options.session));
+    options.doctor.session = std::move(session);
   }
   options.doctor.look_for_cameras = !options.no_cameras;
   v1::DoctorReport report = Examine(options.doctor);
   ExamineInstallation(options.installation, report);
   AssessDoctorReport(report);
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
   } else {
     std::fputs(DoctorText(report).c_str(), stdout);
   }

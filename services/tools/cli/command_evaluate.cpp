@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/results/evaluation/comparison_report.h"
 #include "services/results/evaluation/comparison_text.h"
@@ -42,17 +43,15 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
     });
   }
   if (!evaluation.ok()) return evaluation.status();
-  if (!options.out.empty())
-    if (absl::Status status = WriteEvaluation(options.out, *evaluation); !status.ok()) return status;
+  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteEvaluation(options.out, *evaluation));
   if (!options.json) {
     PrintVerdict(evaluation->verdict);
     std::printf("\n%s", EvaluationTable(*evaluation).c_str());
     if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
     return VerdictStatus(evaluation->verdict);
   }
-  const absl::StatusOr<std::string> json = EvaluationJson(*evaluation);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, EvaluationJson(*evaluation));
+  std::fputs(json.c_str(), stdout);
   return VerdictStatus(evaluation->verdict);
 }
 
@@ -68,16 +67,14 @@ absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
     });
   }
   if (!comparison.ok()) return comparison.status();
-  if (!options.out.empty())
-    if (absl::Status status = WriteComparison(options.out, *comparison); !status.ok()) return status;
+  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteComparison(options.out, *comparison));
   if (!options.json) {
     std::fputs(ComparisonTable(*comparison).c_str(), stdout);
     if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
     return absl::OkStatus();
   }
-  const absl::StatusOr<std::string> json = ComparisonJson(*comparison);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ComparisonJson(*comparison));
+  std::fputs(json.c_str(), stdout);
   return absl::OkStatus();
 }
 
@@ -213,7 +210,7 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--json", options->json,
                     "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
   const auto here = [options, &line] {
-    if (absl::Status status = CheckOutIsNoResult(*options); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOutIsNoResult(*options));
     if (!options->avatar.scoring.avatar.empty()) return EvaluateAvatarCommand(*options, line.quiet);
     return options->against.empty() ? EvaluateCommand(*options, line.quiet)
                                     : CompareCommand(*options, line.quiet);

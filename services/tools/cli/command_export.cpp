@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/export/export_overlays.h"
@@ -33,17 +34,14 @@ struct ExportCommandOptions {
 
 absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& options) {
   ExportRequest request = options.request;
-  const absl::StatusOr<ExportFormat> format = ExportFormatFromName(options.format);
-  if (!format.ok()) return format.status();
-  request.format = *format;
+  WEFT_ASSIGN_OR_RETURN(const ExportFormat format, ExportFormatFromName(options.format));
+  request.format = format;
   if (!options.up.empty()) {
-    const absl::StatusOr<UpAxis> up = UpAxisFromName(options.up);
-    if (!up.ok()) return up.status();
-    request.up = *up;
+    WEFT_ASSIGN_OR_RETURN(const UpAxis up, UpAxisFromName(options.up));
+    request.up = up;
   }
-  const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
-  if (!unit.ok()) return unit.status();
-  request.unit = *unit;
+  WEFT_ASSIGN_OR_RETURN(const LengthUnit unit, LengthUnitFromName(options.unit));
+  request.unit = unit;
   request.recording = options.overlays.recording;
   request.texture_px = options.textures.texture_px;
   request.normal_map_px = options.textures.normal_map_px;
@@ -51,9 +49,9 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
   request.has_attributes_named = !options.attributes.empty();
   if (options.attributes == "none") return request;
   for (const absl::string_view name : absl::StrSplit(options.attributes, ',', absl::SkipEmpty())) {
-    const absl::StatusOr<ExportAttribute> attribute = ExportAttributeFromName({name.data(), name.size()});
-    if (!attribute.ok()) return attribute.status();
-    request.attributes.push_back(*attribute);
+    WEFT_ASSIGN_OR_RETURN(const ExportAttribute attribute,
+                          ExportAttributeFromName({name.data(), name.size()}));
+    request.attributes.push_back(attribute);
   }
   return request;
 }
@@ -75,9 +73,8 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
         absl::StrCat("--format ", options.format,
                      ": such pictures are the cameras' images; say with --overlay "
                      "what is drawn over them: wireframe, state, sigma or none"));
-  const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
-  if (!kind.ok()) return kind.status();
-  request.kind = *kind;
+  WEFT_ASSIGN_OR_RETURN(const OverlayKind kind, OverlayKindFromName(options.overlay));
+  request.kind = kind;
   request.result = options.request.result;
   request.out = options.request.out;
   request.frames = options.request.frames;
@@ -172,30 +169,26 @@ absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, boo
   };
   const bool has_textures = options.textures.texture_px > 0 || options.textures.normal_map_px > 0;
   if (has_textures && PictureFormatOf(options.format)) {
-    const absl::StatusOr<TextureRequest> textures = TextureRequestOf(options);
-    if (!textures.ok()) return textures.status();
-    return ExportTextures(*textures, show, stop.token());
+    WEFT_ASSIGN_OR_RETURN(const TextureRequest textures, TextureRequestOf(options));
+    return ExportTextures(textures, show, stop.token());
   }
   if (!options.overlay.empty() || PictureFormatOf(options.format)) {
-    const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
-    if (!overlays.ok()) return overlays.status();
-    return ExportOverlays(*overlays, show, stop.token());
+    WEFT_ASSIGN_OR_RETURN(const OverlayRequest overlays, OverlayRequestOf(options));
+    return ExportOverlays(overlays, show, stop.token());
   }
-  const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
-  if (!request.ok()) return request.status();
-  return ExportResult(*request, show, stop.token());
+  WEFT_ASSIGN_OR_RETURN(const ExportRequest request, ExportRequestOf(options));
+  return ExportResult(request, show, stop.token());
 }
 
 absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
-  const absl::StatusOr<ExportOutcome> outcome = RunExport(options, quiet);
-  if (!outcome.ok()) return outcome.status();
-  if (options.json) return PrintJsonMessage(outcome->manifest);
-  std::vector<std::string> warnings = outcome->warnings;
-  const auto& notes = outcome->manifest.notes();
+  WEFT_ASSIGN_OR_RETURN(const ExportOutcome outcome, RunExport(options, quiet));
+  if (options.json) return PrintJsonMessage(outcome.manifest);
+  std::vector<std::string> warnings = outcome.warnings;
+  const auto& notes = outcome.manifest.notes();
   warnings.insert(warnings.end(), notes.begin(), notes.end());
   for (const std::string& warning : warnings)
     if (!quiet) PrintWarning(warning);
-  absl::PrintF("%s\n", ExportSummaryText(options, *outcome));
+  absl::PrintF("%s\n", ExportSummaryText(options, outcome));
   return absl::OkStatus();
 }
 

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "base/status_macros.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
@@ -40,18 +41,17 @@ std::string LocalTime(int64_t unix_ns) {
 
 absl::Status ListJobs(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
-  const absl::StatusOr<std::vector<v1::Job>> jobs = client.List(options.limit);
-  if (!jobs.ok()) return jobs.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::Job> jobs, client.List(options.limit));
   if (options.json) {
     v1::ListJobsResponse response;
-    response.mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    response.mutable_jobs()->Assign(jobs.begin(), jobs.end());
     *response.mutable_warnings() = client.info().warnings();
     return PrintJsonMessage(response);
   }
   for (const std::string& warning : client.info().warnings())
     std::fprintf(stderr, "weft: warning: %s\n", warning.c_str());
-  if (jobs->empty()) std::printf("no jobs at %s\n", client.server().c_str());
-  for (const v1::Job& job : *jobs) {
+  if (jobs.empty()) std::printf("no jobs at %s\n", client.server().c_str());
+  for (const v1::Job& job : jobs) {
     const v1::FrameCounts& frames = job.frames();
     std::printf("%s  %-9s  %5d/%d frames  %s  %s\n", job.id().c_str(), JobStateWord(job.state()),
                 frames.done() + frames.degraded(), frames.total(), LocalTime(job.created_unix_ns()).c_str(),
@@ -83,20 +83,18 @@ void PrintJob(const v1::Job& job) {
 
 absl::Status Show(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
-  const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
-  if (!job.ok()) return job.status();
-  const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(options.job_id);
-  if (!frames.ok()) return frames.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Get(options.job_id));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameInfo> frames, client.Frames(options.job_id));
   if (options.json) {
     v1::JobUpdate all;
-    *all.mutable_job() = *job;
-    all.mutable_frames()->Assign(frames->begin(), frames->end());
+    *all.mutable_job() = job;
+    all.mutable_frames()->Assign(frames.begin(), frames.end());
     return PrintJsonMessage(all);
   }
-  if (job->has_verdict()) PrintVerdict(job->verdict());
-  PrintJob(*job);
-  for (const v1::FrameInfo& frame : *frames)
-    std::printf("%s\n", FrameLine(frame, job->spec().has_driving()).c_str());
+  if (job.has_verdict()) PrintVerdict(job.verdict());
+  PrintJob(job);
+  for (const v1::FrameInfo& frame : frames)
+    std::printf("%s\n", FrameLine(frame, job.spec().has_driving()).c_str());
   return absl::OkStatus();
 }
 
@@ -111,7 +109,7 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
   }
   if (!job.ok()) return job.status();
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(*job));
   } else if (!quiet) {
     if (job->has_verdict()) PrintVerdict(job->verdict());
     std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
@@ -121,44 +119,39 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
 
 absl::Status Cancel(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
-  const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
-  if (!job.ok()) return job.status();
-  if (options.json) return PrintJsonMessage(*job);
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Cancel(options.job_id));
+  if (options.json) return PrintJsonMessage(job);
   if (!context.quiet)
-    std::printf("%s: %s, %s\n", job->id().c_str(), JobStateWord(job->state()), JobSummary(*job).c_str());
+    std::printf("%s: %s, %s\n", job.id().c_str(), JobStateWord(job.state()), JobSummary(job).c_str());
   return absl::OkStatus();
 }
 
 absl::Status Retry(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
-  const absl::StatusOr<v1::Job> job = client.Retry(options.job_id);
-  if (!job.ok()) return job.status();
-  if (options.json) return PrintJsonMessage(*job);
-  const v1::FrameCounts& frames = job->frames();
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Retry(options.job_id));
+  if (options.json) return PrintJsonMessage(job);
+  const v1::FrameCounts& frames = job.frames();
   if (!context.quiet && frames.waiting() + frames.running() == 0)
-    std::printf("%s: %s, no frame failed or was cancelled\n", job->id().c_str(), JobStateWord(job->state()));
+    std::printf("%s: %s, no frame failed or was cancelled\n", job.id().c_str(), JobStateWord(job.state()));
   else if (!context.quiet)
-    std::printf("%s: %s, %d frames wait; `weft job watch %s` shows them\n", job->id().c_str(),
-                JobStateWord(job->state()), frames.waiting(), job->id().c_str());
+    std::printf("%s: %s, %d frames wait; `weft job watch %s` shows them\n", job.id().c_str(),
+                JobStateWord(job.state()), frames.waiting(), job.id().c_str());
   return absl::OkStatus();
 }
 
 absl::Status Fetch(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
   const bool quiet = context.quiet;
-  const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
-  if (!job.ok()) return job.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Get(options.job_id));
   {
     std::optional<Progress> bar;
     const auto progress = [&](size_t done, size_t total) {
       if (!bar) bar.emplace("fetch", total, ProgressVisible(quiet));
       bar->Set(done, total);
     };
-    if (absl::Status status = FetchResults(client, *job, options.out, progress, context.stop); !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(FetchResults(client, job, options.out, progress, context.stop));
   }
-  if (!quiet) std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), options.out.c_str());
+  if (!quiet) std::printf("%s\nresults  %s\n", JobSummary(job).c_str(), options.out.c_str());
   return absl::OkStatus();
 }
 
@@ -190,9 +183,8 @@ void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, con
   command->callback([options, action, &line] {
     line.run = [options, action, &line] {
       const StopOnSignal signals;
-      const absl::StatusOr<Client> client = RegistrationClient::Connect(options->server);
-      if (!client.ok()) return client.status();
-      return action(**client, {*options, line.quiet, signals.token()});
+      WEFT_ASSIGN_OR_RETURN(const Client client, RegistrationClient::Connect(options->server));
+      return action(*client, {*options, line.quiet, signals.token()});
     };
   });
 }

@@ -8,6 +8,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/program_beside.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -34,8 +35,7 @@ struct JobPlanOptions {
 };
 
 absl::StatusOr<v1::RegistrationSpec> SpecToPlan(const JobPlanOptions& options) {
-  absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, RegistrationStages());
-  if (!changes.ok()) return changes.status();
+  WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions changes, ChangesOf(options.pipeline, RegistrationStages()));
   v1::RegistrationSpec spec;
   spec.set_dump(options.dump);
   spec.set_rig(options.rig);
@@ -44,10 +44,9 @@ absl::StatusOr<v1::RegistrationSpec> SpecToPlan(const JobPlanOptions& options) {
   spec.set_frames(options.frames);
   spec.mutable_options()->set_preset(options.preset);
   spec.mutable_options()->set_mosaic(options.mosaic);
-  *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
-  absl::StatusOr<v1::RegistrationOptions> effective = EffectiveOptions(spec.options());
-  if (!effective.ok()) return effective.status();
-  *spec.mutable_options() = *std::move(effective);
+  *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions effective, EffectiveOptions(spec.options()));
+  *spec.mutable_options() = std::move(effective);
   return spec;
 }
 
@@ -64,9 +63,8 @@ absl::StatusOr<std::string> MakeScratch(const std::string& parent) {
 }
 
 absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
-  absl::StatusOr<v1::RegistrationSpec> spec = SpecToPlan(asked);
-  if (!spec.ok()) return spec.status();
-  if (absl::Status status = asked.request.Validate(); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationSpec spec, SpecToPlan(asked));
+  WEFT_RETURN_IF_ERROR(asked.request.Validate());
   const absl::StatusOr<std::string> scratch = MakeScratch(asked.scratch);
   if (!scratch.ok()) return scratch.status();
   const absl::Cleanup remove = [&scratch] {
@@ -81,14 +79,13 @@ absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
   {
     Progress progress("pilot", static_cast<uint64_t>(options.frames), ProgressVisible(quiet));
     options.progress = [&progress](size_t done, size_t all) { progress.Set(done, all); };
-    pilot = RunPilot(*spec, options, signals.token());
+    pilot = RunPilot(spec, options, signals.token());
   }
   if (!pilot.ok()) return pilot.status();
   if (asked.job_frames > 0) pilot->job_frames = asked.job_frames;
-  const absl::StatusOr<v1::JobPlan> plan = PlanJob(*pilot, asked.request);
-  if (!plan.ok()) return plan.status();
-  if (asked.json) return PrintJsonMessage(*plan);
-  std::fputs(JobPlanText(*plan).c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const v1::JobPlan plan, PlanJob(*pilot, asked.request));
+  if (asked.json) return PrintJsonMessage(plan);
+  std::fputs(JobPlanText(plan).c_str(), stdout);
   return absl::OkStatus();
 }
 

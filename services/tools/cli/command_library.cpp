@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -61,37 +62,33 @@ absl::Status UploadItem(const LibraryContext& context) {
 }
 
 absl::Status ListItems(const LibraryContext& context) {
-  const absl::StatusOr<v1::ListItemsResponse> list = LibraryClient(context.connection).List(context.kind);
-  if (!list.ok()) return list.status();
-  if (context.options.json) return PrintJsonMessage(*list);
-  for (const std::string& damaged : list->damaged()) PrintWarning(damaged);
-  if (list->items().empty()) std::printf("no items at %s\n", context.options.server.c_str());
-  for (const v1::LibraryItem& item : list->items()) std::fputs(ItemText(item).c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const v1::ListItemsResponse list,
+                        LibraryClient(context.connection).List(context.kind));
+  if (context.options.json) return PrintJsonMessage(list);
+  for (const std::string& damaged : list.damaged()) PrintWarning(damaged);
+  if (list.items().empty()) std::printf("no items at %s\n", context.options.server.c_str());
+  for (const v1::LibraryItem& item : list.items()) std::fputs(ItemText(item).c_str(), stdout);
   return absl::OkStatus();
 }
 
 absl::Status GetItem(const LibraryContext& context) {
   LibraryClient library(context.connection);
-  const absl::StatusOr<v1::LibraryItem> item = library.Get(context.kind, context.options.item);
-  if (!item.ok()) return item.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item, library.Get(context.kind, context.options.item));
   if (!context.options.out.empty()) {
-    Progress bar("get", static_cast<uint64_t>(item->bytes()), ProgressVisible(context.quiet),
+    Progress bar("get", static_cast<uint64_t>(item.bytes()), ProgressVisible(context.quiet),
                  ProgressUnit::kPercent);
-    const absl::Status status = library.Fetch(
-        *item, context.options.out, [&bar](uint64_t done, uint64_t total) { bar.Set(done, total); });
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(library.Fetch(item, context.options.out,
+                                       [&bar](uint64_t done, uint64_t total) { bar.Set(done, total); }));
   }
-  return PrintItem(*item, context);
+  return PrintItem(item, context);
 }
 
 absl::Status DeleteItem(const LibraryContext& context) {
-  const absl::StatusOr<v1::DeleteItemResponse> deleted =
-      LibraryClient(context.connection).Delete(context.kind, context.options.item);
-  if (!deleted.ok()) return deleted.status();
-  if (context.options.json) return PrintJsonMessage(*deleted);
+  WEFT_ASSIGN_OR_RETURN(const v1::DeleteItemResponse deleted,
+                        LibraryClient(context.connection).Delete(context.kind, context.options.item));
+  if (context.options.json) return PrintJsonMessage(deleted);
   if (!context.quiet) {
-    std::printf("%s\n",
-                deleted->content_deleted() ? "deleted" : "name deleted; other names keep the content");
+    std::printf("%s\n", deleted.content_deleted() ? "deleted" : "name deleted; other names keep the content");
   }
   return absl::OkStatus();
 }
@@ -109,13 +106,11 @@ struct LibraryCommand {
 absl::Status RunLibraryCommand(const LibraryCommand& command, const LibraryOptions& options, bool quiet) {
   v1::ItemKind kind = v1::ITEM_KIND_UNSPECIFIED;
   if (!options.kind.empty()) {
-    const absl::StatusOr<v1::ItemKind> parsed = ParseItemKind(options.kind);
-    if (!parsed.ok()) return parsed.status();
-    kind = *parsed;
+    WEFT_ASSIGN_OR_RETURN(const v1::ItemKind parsed, ParseItemKind(options.kind));
+    kind = parsed;
   }
-  const auto connection = RegistrationClient::Connect(options.server);
-  if (!connection.ok()) return connection.status();
-  return command.action({**connection, options, kind, quiet});
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
+  return command.action({*connection, options, kind, quiet});
 }
 
 void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCommand& what) {

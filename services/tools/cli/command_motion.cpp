@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "figure/body_sides.h"
 #include "figure/motion_generator.h"
 #include "figure/retarget.h"
@@ -28,14 +29,12 @@ struct MotionMakeOptions {
 };
 
 absl::Status MakeMotionFile(MotionMakeOptions options) {
-  const absl::StatusOr<MotionKind> kind = MotionKindNamed(options.kind);
-  if (!kind.ok()) return kind.status();
-  options.motion.kind = *kind;
-  const absl::StatusOr<Motion> motion = MakeMotion(options.motion);
-  if (!motion.ok()) return motion.status();
-  if (absl::Status status = WriteMotion(options.out, *motion); !status.ok()) return status;
-  std::printf("%s: %s, %.1f s, %zu poses\n", options.out.c_str(), options.kind.c_str(), motion->DurationS(),
-              motion->poses.size());
+  WEFT_ASSIGN_OR_RETURN(const MotionKind kind, MotionKindNamed(options.kind));
+  options.motion.kind = kind;
+  WEFT_ASSIGN_OR_RETURN(const Motion motion, MakeMotion(options.motion));
+  WEFT_RETURN_IF_ERROR(WriteMotion(options.out, motion));
+  std::printf("%s: %s, %.1f s, %zu poses\n", options.out.c_str(), options.kind.c_str(), motion.DurationS(),
+              motion.poses.size());
   return absl::OkStatus();
 }
 
@@ -78,32 +77,29 @@ absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
           absl::StrCat("--joint \"", joint, "\" is not of the form OURS=THEIRS"));
     given[joint.substr(0, at)] = joint.substr(at + 1);
   }
-  absl::StatusOr<RetargetOptions> retarget = RetargetOptionsOf(options.up);
-  if (!retarget.ok()) return retarget.status();
-  retarget->check_sides = options.sides != "as-named";
+  WEFT_ASSIGN_OR_RETURN(RetargetOptions retarget, RetargetOptionsOf(options.up));
+  retarget.check_sides = options.sides != "as-named";
   const BvhAngles angles = options.angles == "radians"   ? BvhAngles::kRadians
                            : options.angles == "degrees" ? BvhAngles::kDegrees
                                                          : BvhAngles::kAuto;
-  const absl::StatusOr<ForeignMotion> bvh = ReadBvh(options.bvh, angles);
-  if (!bvh.ok()) return bvh.status();
+  WEFT_ASSIGN_OR_RETURN(const ForeignMotion bvh, ReadBvh(options.bvh, angles));
   const auto named = [&](const absl::Status& status) {
     return absl::Status(status.code(), absl::StrCat(options.bvh, ": ", std::string(status.message())));
   };
-  absl::StatusOr<JointMatch> match = MatchJoints(*bvh, given);
+  absl::StatusOr<JointMatch> match = MatchJoints(bvh, given);
   if (!match.ok()) return named(match.status());
   if (options.sides == "exchanged") *match = WithSidesExchanged(*match);
-  absl::StatusOr<RetargetedMotion> motion = Retarget(*bvh, *match, *retarget);
+  absl::StatusOr<RetargetedMotion> motion = Retarget(bvh, *match, retarget);
   if (!motion.ok()) return named(motion.status());
-  PrintImport(*bvh, *match, *motion);
+  PrintImport(bvh, *match, *motion);
   return std::move(motion->motion);
 }
 
 absl::Status ImportMotionFile(const MotionImportOptions& options) {
-  const absl::StatusOr<Motion> motion = ImportMotion(options);
-  if (!motion.ok()) return motion.status();
-  if (absl::Status status = WriteMotion(options.out, *motion); !status.ok()) return status;
-  std::printf("%s: %.1f s, %zu poses at %g a second\n", options.out.c_str(), motion->DurationS(),
-              motion->poses.size(), motion->fps);
+  WEFT_ASSIGN_OR_RETURN(const Motion motion, ImportMotion(options));
+  WEFT_RETURN_IF_ERROR(WriteMotion(options.out, motion));
+  std::printf("%s: %.1f s, %zu poses at %g a second\n", options.out.c_str(), motion.DurationS(),
+              motion.poses.size(), motion.fps);
   return absl::OkStatus();
 }
 
@@ -113,17 +109,15 @@ void ListMotionKinds() {
 }
 
 absl::Status ShowMotion(const std::string& path, const std::string& picture) {
-  const absl::StatusOr<Motion> motion = ReadMotion(path);
-  if (!motion.ok()) return motion.status();
-  std::printf("%s: %.2f s, %zu poses at %g a second, hash %s\n", path.c_str(), motion->DurationS(),
-              motion->poses.size(), motion->fps, MotionHash(*motion).c_str());
+  WEFT_ASSIGN_OR_RETURN(const Motion motion, ReadMotion(path));
+  std::printf("%s: %.2f s, %zu poses at %g a second, hash %s\n", path.c_str(), motion.DurationS(),
+              motion.poses.size(), motion.fps, MotionHash(motion).c_str());
   std::printf("%-16s %14s %16s\n", "joint", "farthest, deg", "fastest, deg/s");
-  for (const JointUse& use : JointUses(*motion))
+  for (const JointUse& use : JointUses(motion))
     std::printf("%-16s %14.1f %16.1f\n", std::string(NameOf(use.joint)).c_str(), use.farthest_deg,
                 use.fastest_deg_s);
   if (picture.empty()) return absl::OkStatus();
-  if (absl::Status status = WriteFileAtomically(picture, MotionStripSvg(*motion)); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(picture, MotionStripSvg(motion)));
   std::printf("%s: the motion as a strip of figures, from the front and from the side\n", picture.c_str());
   return absl::OkStatus();
 }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
@@ -30,28 +31,25 @@ void PrintOperation(const v1::Operation& operation) {
 }
 
 absl::Status ListOperations(OperationClient& client, const OperationCommandOptions& options) {
-  const absl::StatusOr<v1::ListOperationsResponse> list = client.List(options.limit);
-  if (!list.ok()) return list.status();
-  if (options.json) return PrintJsonMessage(*list);
-  for (const std::string& warning : list->warnings()) PrintWarning(warning);
-  if (list->operations().empty()) std::printf("no operations at %s\n", options.server.c_str());
-  for (const v1::Operation& operation : list->operations()) PrintOperation(operation);
+  WEFT_ASSIGN_OR_RETURN(const v1::ListOperationsResponse list, client.List(options.limit));
+  if (options.json) return PrintJsonMessage(list);
+  for (const std::string& warning : list.warnings()) PrintWarning(warning);
+  if (list.operations().empty()) std::printf("no operations at %s\n", options.server.c_str());
+  for (const v1::Operation& operation : list.operations()) PrintOperation(operation);
   return absl::OkStatus();
 }
 
 absl::Status CancelOperation(OperationClient& client, const OperationCommandOptions& options) {
-  const absl::StatusOr<v1::Operation> operation = client.Cancel(options.id);
-  if (!operation.ok()) return operation.status();
-  if (options.json) return PrintJsonMessage(*operation);
-  PrintOperation(*operation);
+  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, client.Cancel(options.id));
+  if (options.json) return PrintJsonMessage(operation);
+  PrintOperation(operation);
   return absl::OkStatus();
 }
 
 absl::Status DeleteOperation(OperationClient& client, const OperationCommandOptions& options) {
-  const absl::StatusOr<v1::Operation> operation = client.Delete(options.id);
-  if (!operation.ok()) return operation.status();
-  if (options.json) return PrintJsonMessage(*operation);
-  std::printf("operation %s is deleted\n", operation->id().c_str());
+  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, client.Delete(options.id));
+  if (options.json) return PrintJsonMessage(operation);
+  std::printf("operation %s is deleted\n", operation.id().c_str());
   return absl::OkStatus();
 }
 
@@ -63,9 +61,8 @@ void SetUpOperationCommand(CLI::App* command, CommandLine& line,
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action, &line] {
     line.run = [options, action] {
-      const auto connection = RegistrationClient::Connect(options->server);
-      if (!connection.ok()) return connection.status();
-      OperationClient client(**connection);
+      WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options->server));
+      OperationClient client(*connection);
       return action(client, *options);
     };
   });

@@ -6,6 +6,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/options/option_range.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
@@ -76,15 +77,14 @@ void PrintOption(const v1::OptionInfo& info) {
 }
 
 absl::Status ShowOptions(const OptionsCommandOptions& options) {
-  if (absl::Status status = CheckNames(options.names); !status.ok()) return status;
-  const absl::StatusOr<CommandPipeline> pipeline =
-      MakeCommandPipeline(options.preset, options.pipeline, AllStages());
-  if (!pipeline.ok()) return pipeline.status();
+  WEFT_RETURN_IF_ERROR(CheckNames(options.names));
+  WEFT_ASSIGN_OR_RETURN(const CommandPipeline pipeline,
+                        MakeCommandPipeline(options.preset, options.pipeline, AllStages()));
   if (options.file) {
-    std::fputs(OptionFileText(pipeline->message).c_str(), stdout);
+    std::fputs(OptionFileText(pipeline.message).c_str(), stdout);
     return absl::OkStatus();
   }
-  const v1::OptionList list = ListOptions(pipeline->message, options.names);
+  const v1::OptionList list = ListOptions(pipeline.message, options.names);
   if (options.json) return PrintJsonMessage(list);
   for (const v1::OptionInfo& info : list.options()) PrintOption(info);
   return absl::OkStatus();

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "pattern/board/board_generation.h"
 #include "pattern/board/coding_report.h"
 #include "pattern/board/joint_board.h"
@@ -41,14 +42,12 @@ absl::Status MayWriteBoard(const std::string& folder, const Board& board, const 
 absl::Status Generate(const GenerateOptions& options) {
   BoardGenerationOptions made = options.board;
   if (!options.panels.empty()) {
-    absl::StatusOr<std::vector<uint8_t>> panels = ReadPanelMask(options.panels, made.rows, made.cols);
-    if (!panels.ok()) return panels.status();
-    made.panels = *std::move(panels);
+    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> panels, ReadPanelMask(options.panels, made.rows, made.cols));
+    made.panels = std::move(panels);
   }
   for (const std::string& path : options.apart_from) {
-    absl::StatusOr<Board> other = ReadBoard(path);
-    if (!other.ok()) return other.status();
-    made.apart_from.push_back(*std::move(other));
+    WEFT_ASSIGN_OR_RETURN(Board other, ReadBoard(path));
+    made.apart_from.push_back(std::move(other));
   }
   absl::StatusOr<Board> board;
   {
@@ -59,13 +58,12 @@ absl::Status Generate(const GenerateOptions& options) {
     });
   }
   if (!board.ok()) return board.status();
-  if (absl::Status status = MayWriteBoard(options.out, *board, options.guard); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(MayWriteBoard(options.out, *board, options.guard));
   const std::string provenance = absl::StrCat("weft pattern generate, seed ", made.seed);
-  if (absl::Status status = WriteBoard(options.out, *board, provenance); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteBoard(options.out, *board, provenance));
   if (options.json) {
-    const absl::StatusOr<std::string> written = ReadWholeFile(options.out + "/board.json");
-    if (!written.ok()) return written.status();
-    std::fputs(written->c_str(), stdout);
+    WEFT_ASSIGN_OR_RETURN(const std::string written, ReadWholeFile(options.out + "/board.json"));
+    std::fputs(written.c_str(), stdout);
     return absl::OkStatus();
   }
   std::printf("%s/board.json: %d rows, %d columns, cells of %g mm (%.0f x %.0f mm), hash %s\n",
@@ -110,33 +108,28 @@ absl::StatusOr<Board> ReadBoards(const std::vector<std::string>& paths) {
   if (paths.size() == 1) return ReadBoard(paths[0]);
   std::vector<Board> boards;
   for (const std::string& path : paths) {
-    absl::StatusOr<Board> board = ReadBoard(path);
-    if (!board.ok()) return board.status();
-    boards.push_back(*std::move(board));
+    WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(path));
+    boards.push_back(std::move(board));
   }
   return JoinBoards(boards);
 }
 
 absl::Status CheckBoard(const BoardCheckOptions& options) {
-  const absl::StatusOr<Board> board = ReadBoards(options.boards);
-  if (!board.ok()) return board.status();
-  const std::vector<CodeClash> clashes = board->FindClashes(options.limit);
-  const absl::StatusOr<CodingReport> report = MakeCodingReport(*board, options.report);
-  if (!report.ok()) return report.status();
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoards(options.boards));
+  const std::vector<CodeClash> clashes = board.FindClashes(options.limit);
+  WEFT_ASSIGN_OR_RETURN(const CodingReport report, MakeCodingReport(board, options.report));
   std::optional<CodingReport> random;
   if (options.compare) {
-    const absl::StatusOr<Board> other =
-        GenerateBoard(board->rows, board->cols, board->cell_mm, options.report.seed);
-    if (!other.ok()) return other.status();
-    const absl::StatusOr<CodingReport> its = MakeCodingReport(*other, options.report);
-    if (!its.ok()) return its.status();
-    random = *its;
+    WEFT_ASSIGN_OR_RETURN(const Board other,
+                          GenerateBoard(board.rows, board.cols, board.cell_mm, options.report.seed));
+    WEFT_ASSIGN_OR_RETURN(const CodingReport its, MakeCodingReport(other, options.report));
+    random = its;
   }
   const CodingReport* shown = random ? &*random : nullptr;
   if (options.json) {
-    std::printf("%s\n", CodingReportJson(*board, *report, shown, clashes).c_str());
+    std::printf("%s\n", CodingReportJson(board, report, shown, clashes).c_str());
   } else {
-    PrintCheck(options, *board, *report, shown, clashes);
+    PrintCheck(options, board, report, shown, clashes);
   }
   if (clashes.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -155,21 +148,20 @@ struct JoinOptions {
 };
 
 absl::Status Join(const JoinOptions& options) {
-  const absl::StatusOr<Board> joint = ReadBoards(options.boards);
-  if (!joint.ok()) return joint.status();
-  const std::vector<CodeClash> clashes = joint->FindClashes(1);
+  WEFT_ASSIGN_OR_RETURN(const Board joint, ReadBoards(options.boards));
+  const std::vector<CodeClash> clashes = joint.FindClashes(1);
   if (!clashes.empty())
     return absl::InvalidArgumentError(absl::StrCat(
         absl::StrJoin(options.boards, " and "),
         ": 3x3 windows of one read as windows of the other; `weft pattern check` lists them, `weft pattern "
         "generate --apart-from` makes boards that share none"));
-  if (absl::Status status = MayWriteBoard(options.out, *joint, options.guard); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(MayWriteBoard(options.out, joint, options.guard));
   const std::string provenance = "weft pattern join";
-  if (absl::Status status = WriteBoard(options.out, *joint, provenance); !status.ok()) return status;
-  std::printf("%s/board.json: %d rows, %d columns, hash %s\n", options.out.c_str(), joint->rows, joint->cols,
-              joint->ContentHash().c_str());
-  for (size_t i = 0; i < joint->parts.size(); ++i) {
-    const BoardPart& part = joint->parts[i];
+  WEFT_RETURN_IF_ERROR(WriteBoard(options.out, joint, provenance));
+  std::printf("%s/board.json: %d rows, %d columns, hash %s\n", options.out.c_str(), joint.rows, joint.cols,
+              joint.ContentHash().c_str());
+  for (size_t i = 0; i < joint.parts.size(); ++i) {
+    const BoardPart& part = joint.parts[i];
     std::printf("  rows %d to %d: %s\n", part.first_row, part.first_row + part.rows - 1,
                 options.boards[i].c_str());
   }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
 #include "pattern/image/ink_palette.h"
@@ -29,19 +30,15 @@ absl::StatusOr<std::vector<PaletteSample>> Samples(const PaletteCommandOptions& 
     return absl::InvalidArgumentError(
         "give either --board, for a photograph of the printed board, or --swatches, for one of a print's "
         "head");
-  const absl::StatusOr<Frame> photo = ReadImageFile(options.photo);
-  if (!photo.ok()) return photo.status();
+  WEFT_ASSIGN_OR_RETURN(const Frame photo, ReadImageFile(options.photo));
   if (!options.swatches.empty()) {
     const std::vector<double>& s = options.swatches;
-    return SampleSwatches(*photo, {s[0], s[1]}, {s[2], s[3]});
+    return SampleSwatches(photo, {s[0], s[1]}, {s[2], s[3]});
   }
-  const absl::StatusOr<Board> board = ReadBoard(options.board);
-  if (!board.ok()) return board.status();
-  const absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
-  if (!index.ok()) return index.status();
-  const absl::StatusOr<DecodeResult> decoded = DecodeView(*photo, *index, DecodeOptions{});
-  if (!decoded.ok()) return decoded.status();
-  return SampleCells(*photo, *board, decoded->observations);
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
+  WEFT_ASSIGN_OR_RETURN(const BoardIndex index, BoardIndex::Build(board));
+  WEFT_ASSIGN_OR_RETURN(const DecodeResult decoded, DecodeView(photo, index, DecodeOptions{}));
+  return SampleCells(photo, board, decoded.observations);
 }
 
 std::string Json(const PaletteReport& report) {

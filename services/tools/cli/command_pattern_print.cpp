@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/studio/print/print_file.h"
 #include "services/tools/cli/commands.h"
@@ -27,9 +28,9 @@ absl::StatusOr<Board> LoadPrintedBoard(const PrintCommandOptions& options) {
   if (!board.ok()) return board;
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
   if (!options.panels.empty()) {
-    absl::StatusOr<std::vector<uint8_t>> panels = ReadPanelMask(options.panels, board->rows, board->cols);
-    if (!panels.ok()) return panels.status();
-    board->panels = *std::move(panels);
+    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> panels,
+                          ReadPanelMask(options.panels, board->rows, board->cols));
+    board->panels = std::move(panels);
   }
   return board;
 }
@@ -65,19 +66,17 @@ void PrintResult(const PrintCommandOptions& options, const PrintLayout& layout,
 }
 
 absl::Status Print(const PrintCommandOptions& options, bool quiet) {
-  const absl::StatusOr<Board> board = LoadPrintedBoard(options);
-  if (!board.ok()) return board.status();
+  WEFT_ASSIGN_OR_RETURN(const Board board, LoadPrintedBoard(options));
   PrintOptions print = options.print;
   print.panels = !options.whole;
-  const absl::StatusOr<PrintLayout> layout = LayOutBoard(*board, print);
-  if (!layout.ok()) return layout.status();
+  WEFT_ASSIGN_OR_RETURN(const PrintLayout layout, LayOutBoard(board, print));
   absl::StatusOr<std::vector<std::string>> files;
   {
-    Progress progress("print", layout->pages.size(), ProgressVisible(quiet));
-    files = WritePrintFiles(*board, *layout, options.out, options.file, [&](size_t) { progress.Advance(); });
+    Progress progress("print", layout.pages.size(), ProgressVisible(quiet));
+    files = WritePrintFiles(board, layout, options.out, options.file, [&](size_t) { progress.Advance(); });
   }
   if (!files.ok()) return files.status();
-  PrintResult(options, *layout, *files);
+  PrintResult(options, layout, *files);
   return absl::OkStatus();
 }
 

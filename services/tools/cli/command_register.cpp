@@ -10,6 +10,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/exit_status.h"
@@ -57,8 +58,7 @@ struct RegisterOptions {
 };
 
 absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
-  absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, RegistrationStages());
-  if (!changes.ok()) return changes.status();
+  WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions changes, ChangesOf(options.pipeline, RegistrationStages()));
   v1::RegistrationSpec spec;
   spec.set_dump(options.dump);
   spec.set_rig(options.rig);
@@ -73,7 +73,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_starts(options.starts);
   spec.mutable_options()->set_cloud_format(options.cloud_format);
   spec.mutable_options()->set_mosaic(options.mosaic);
-  *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
+  *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
   spec.set_frames(options.frames);
   spec.set_live_every(options.live_every);
   return spec;
@@ -88,9 +88,8 @@ void PrintScans(const v1::Verdict& verdict) {
 
 absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bool quiet) {
   if (options.json) {
-    const absl::StatusOr<std::string> json = ToJson(job);
-    if (!json.ok()) return json.status();
-    std::printf("%s", json->c_str());
+    WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(job));
+    std::printf("%s", json.c_str());
   } else if (quiet) {
     if (job.verdict().grade() > v1::GRADE_GOOD) PrintVerdict(job.verdict());
   } else {
@@ -156,9 +155,8 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
   if (options.server.empty()) {
     return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
   }
-  const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, spec, options.priority);
-  if (!job.ok()) return job.status();
-  std::printf("%s\n", job->id().c_str());
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, SubmitRemotely(options.server, spec, options.priority));
+  std::printf("%s\n", job.id().c_str());
   return absl::OkStatus();
 }
 
@@ -179,18 +177,17 @@ absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
 }
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {
-  if (absl::Status status = CheckInputsAreGiven(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckInputsAreGiven(options));
   absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
   if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
   const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
   if (options.detach) return Detach(options, *spec);
-  const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
-  if (!job.ok()) return job.status();
-  const bool has_meshes = job->frames().done() + job->frames().degraded() > 0;
-  if (options.evaluate && job->state() == v1::JOB_STATE_DONE && has_meshes)
-    if (absl::Status status = EvaluateOutcome(options, quiet); !status.ok()) return status;
-  return PrintOutcome(*job, options, quiet);
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, Run(options, *spec, quiet, signals.token()));
+  const bool has_meshes = job.frames().done() + job.frames().degraded() > 0;
+  if (options.evaluate && job.state() == v1::JOB_STATE_DONE && has_meshes)
+    WEFT_RETURN_IF_ERROR(EvaluateOutcome(options, quiet));
+  return PrintOutcome(job, options, quiet);
 }
 
 }  // namespace

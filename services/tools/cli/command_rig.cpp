@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/length_unit.h"
+#include "base/status_macros.h"
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
 #include "capture/rig/krt.h"
@@ -63,16 +64,14 @@ absl::StatusOr<ForeignRig> ReadColmap(const std::string& folder) {
 
 absl::StatusOr<ForeignRig> ReadForeignRig(const RigImportOptions& options) {
   if (!options.colmap.empty()) return ReadColmap(options.colmap);
-  const absl::StatusOr<std::string> text = ReadTextFile(SourceOf(options), kMaxTextBytes);
-  if (!text.ok()) return text.status();
-  if (!options.opencv.empty()) return ParseOpenCvYaml(*text, options.opencv);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadTextFile(SourceOf(options), kMaxTextBytes));
+  if (!options.opencv.empty()) return ParseOpenCvYaml(text, options.opencv);
   if (options.width_px == 0 || options.height_px == 0) {
     return absl::InvalidArgumentError(
         "KRT does not carry the size of the images: --width-px and --height-px are needed");
   }
-  absl::StatusOr<Rig> rig = ParseKrt(*text, options.krt, options.width_px, options.height_px);
-  if (!rig.ok()) return rig.status();
-  return ForeignRig{*std::move(rig), {}};
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ParseKrt(text, options.krt, options.width_px, options.height_px));
+  return ForeignRig{std::move(rig), {}};
 }
 
 // A rig that was imported can be imported again, one that was calibrated can not.
@@ -85,23 +84,22 @@ absl::Status MayWriteRig(const std::string& file, const Rig& rig, const OutputGu
 }
 
 absl::Status ImportRig(const RigImportOptions& options) {
-  absl::StatusOr<ForeignRig> foreign = ReadForeignRig(options);
-  if (!foreign.ok()) return foreign.status();
+  WEFT_ASSIGN_OR_RETURN(ForeignRig foreign, ReadForeignRig(options));
   const std::string from = SourceOf(options);
   const double mm_per_unit =
       options.unit.empty() ? options.mm_per_unit : LengthUnitNamed(options.unit).value().mm;
-  ApplyConvention({mm_per_unit, options.poses == kWorldFromCamera}, &foreign->rig);
+  ApplyConvention({mm_per_unit, options.poses == kWorldFromCamera}, &foreign.rig);
   absl::Status status =
-      JudgeRig({.judge_unit = options.judge_unit, .judge_poses = options.poses.empty()}, &*foreign);
+      JudgeRig({.judge_unit = options.judge_unit, .judge_poses = options.poses.empty()}, &foreign);
   if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
-  Rig& rig = foreign->rig;
+  Rig& rig = foreign.rig;
   rig.id = options.id;
   status = MayWriteRig(options.out, rig, options.guard);
   if (!status.ok()) return status;
   status = WriteRig(options.out, rig,
                     absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
   if (!status.ok()) return status;
-  for (const std::string& remark : foreign->remarks) PrintWarning(absl::StrCat(from, ": ", remark));
+  for (const std::string& remark : foreign.remarks) PrintWarning(absl::StrCat(from, ": ", remark));
   const CameraModel& first = rig.cameras[0];
   std::printf("%s: %zu cameras, %dx%d px, hash %s\n", options.out.c_str(), rig.cameras.size(), first.width_px,
               first.height_px, rig.ContentHash().c_str());
@@ -169,23 +167,20 @@ struct ExportOptions {
 
 absl::Status ExportRig(const ExportOptions& options) {
   namespace fs = std::filesystem;
-  const absl::StatusOr<Rig> rig = ReadRig(options.rig);
-  if (!rig.ok()) return rig.status();
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(options.rig));
   absl::Status status;
   if (options.format == "colmap") {
-    const absl::StatusOr<ColmapText> text = FormatColmapText(*rig);
-    if (!text.ok()) return text.status();
+    WEFT_ASSIGN_OR_RETURN(const ColmapText text, FormatColmapText(rig));
     status = CreateFolders(options.out);
-    status.Update(WriteFileAtomically((fs::path(options.out) / "cameras.txt").string(), text->cameras));
-    status.Update(WriteFileAtomically((fs::path(options.out) / "images.txt").string(), text->images));
+    status.Update(WriteFileAtomically((fs::path(options.out) / "cameras.txt").string(), text.cameras));
+    status.Update(WriteFileAtomically((fs::path(options.out) / "images.txt").string(), text.images));
     status.Update(WriteFileAtomically((fs::path(options.out) / "points3D.txt").string(), ""));
   } else {
-    const absl::StatusOr<std::string> text =
-        options.format == "krt" ? FormatKrt(*rig) : FormatOpenCvYaml(*rig);
-    if (!text.ok()) return text.status();
-    status = WriteFileAtomically(options.out, *text);
+    WEFT_ASSIGN_OR_RETURN(const std::string text,
+                          options.format == "krt" ? FormatKrt(rig) : FormatOpenCvYaml(rig));
+    status = WriteFileAtomically(options.out, text);
   }
-  if (status.ok()) std::printf("%s: %zu cameras\n", options.out.c_str(), rig->cameras.size());
+  if (status.ok()) std::printf("%s: %zu cameras\n", options.out.c_str(), rig.cameras.size());
   return status;
 }
 

@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/target_file.h"
 #include "services/formats/verdict/verdict.h"
@@ -81,9 +82,8 @@ absl::Status MakeTarget(const TargetOptions& options) {
     target.boards.push_back(board);
   }
   for (size_t i = 0; i < options.bars.size(); ++i) {
-    absl::StatusOr<ScaleBar> bar = ParseBar(options.bars[i], options.shape.family, i + 1);
-    if (!bar.ok()) return bar.status();
-    target.scale_bars.push_back(*std::move(bar));
+    WEFT_ASSIGN_OR_RETURN(ScaleBar bar, ParseBar(options.bars[i], options.shape.family, i + 1));
+    target.scale_bars.push_back(std::move(bar));
   }
   absl::Status status = target.Validate();
   if (!status.ok()) return status;
@@ -161,14 +161,13 @@ struct RehearseOptions {
 };
 
 absl::Status Rehearse(const RehearseOptions& options, bool quiet) {
-  const absl::StatusOr<CalibrationTarget> target = ReadTarget(options.target);
-  if (!target.ok()) return target.status();
+  WEFT_ASSIGN_OR_RETURN(const CalibrationTarget target, ReadTarget(options.target));
   absl::Status status;
   {
     Progress progress("render", 1, ProgressVisible(quiet));
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
-      status = WriteRehearsal(options.out, *target, options.rehearsal,
+      status = WriteRehearsal(options.out, target, options.rehearsal,
                               [&](size_t done, size_t all) { progress.Set(done, all); });
     });
   }
@@ -264,16 +263,15 @@ absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
   }
   if (!result.ok()) return result.status();
   const std::string& out = options.request.out;
-  if (absl::Status status = WriteCalibration(out, *result); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteCalibration(out, *result));
   if (!quiet && !result->detection.warnings.empty()) {
     PrintWarning(absl::StrCat(result->detection.warnings.size(),
                               " images could not be read, the first: ", result->detection.warnings[0]));
   }
   const v1::Verdict verdict = CalibrationVerdict(*result);
   if (options.json) {
-    const absl::StatusOr<std::string> json = CalibrationJson(*result);
-    if (!json.ok()) return json.status();
-    std::fputs(json->c_str(), stdout);
+    WEFT_ASSIGN_OR_RETURN(const std::string json, CalibrationJson(*result));
+    std::fputs(json.c_str(), stdout);
     return VerdictStatus(verdict);
   }
   PrintVerdict(verdict);

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/rig/exchange_cameras.h"
 #include "services/formats/files/rig_file.h"
 #include "services/tools/cli/output_guard.h"
@@ -35,36 +36,29 @@ CalibratedCamera WithPartOf(const CalibratedCamera& own, const CalibratedCamera&
 }
 
 absl::Status Exchange(const ExchangeOptions& options) {
-  if (absl::Status status = options.guard.MayReplace(options.out, "a rig, which takes may need");
-      !status.ok())
-    return status;
-  const absl::StatusOr<Rig> rig = ReadRig(options.rig);
-  if (!rig.ok()) return rig.status();
-  absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(options.rig);
-  if (!record.ok()) return record.status();
-  const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(*rig, options.cameras);
+  WEFT_RETURN_IF_ERROR(options.guard.MayReplace(options.out, "a rig, which takes may need"));
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(options.rig));
+  WEFT_ASSIGN_OR_RETURN(std::optional<CalibrationRecord> record, ReadCalibrationRecord(options.rig));
+  const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(rig, options.cameras);
   if (!places.ok())
     return absl::Status(places.status().code(), absl::StrCat(options.rig, ": ", places.status().message()));
-  const absl::StatusOr<CameraPart> part = CameraPartFromName(options.part);
-  if (!part.ok()) return part.status();
-  const Rig exchanged = WithPlaces(*rig, *places, *part);
-  if (record->has_value()) {
-    CalibrationRecord& calibration = **record;
+  WEFT_ASSIGN_OR_RETURN(const CameraPart part, CameraPartFromName(options.part));
+  const Rig exchanged = WithPlaces(rig, *places, part);
+  if (record.has_value()) {
+    CalibrationRecord& calibration = *record;
     const std::vector<CalibratedCamera> before = calibration.cameras;
     for (size_t c = 0; c < places->size(); ++c)
-      calibration.cameras[c] = WithPartOf(before[c], before[(*places)[c]], *part);
+      calibration.cameras[c] = WithPartOf(before[c], before[(*places)[c]], part);
     ++calibration.version;
-    calibration.replaces = rig->ContentHash();
+    calibration.replaces = rig.ContentHash();
   }
   const std::string cameras = absl::StrJoin(options.cameras, ", ");
-  if (absl::Status status =
-          WriteRig(options.out, exchanged,
-                   absl::StrCat("rig ", rig->id, " (", rig->ContentHash(), ") with ",
-                                *part == CameraPart::kCamera ? "" : absl::StrCat(options.part, " of "),
-                                "cameras ", cameras, " exchanged"),
-                   record->has_value() ? &**record : nullptr);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(
+      WriteRig(options.out, exchanged,
+               absl::StrCat("rig ", rig.id, " (", rig.ContentHash(), ") with ",
+                            part == CameraPart::kCamera ? "" : absl::StrCat(options.part, " of "), "cameras ",
+                            cameras, " exchanged"),
+               record.has_value() ? &*record : nullptr));
   std::printf("%s: cameras %s exchanged, hash %s\n", options.out.c_str(), cameras.c_str(),
               exchanged.ContentHash().c_str());
   return absl::OkStatus();

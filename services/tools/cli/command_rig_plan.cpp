@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/results/evaluation/plan_rig.h"
 #include "services/tools/cli/commands.h"
@@ -32,12 +33,11 @@ absl::Status Plan(const PlanOptions& options, bool quiet) {
     });
   }
   if (!plan.ok()) return plan.status();
-  if (absl::Status status = WriteRigPlan(options.out, *plan); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteRigPlan(options.out, *plan));
   const v1::Verdict verdict = RigPlanVerdict(*plan);
   if (options.json) {
-    const absl::StatusOr<std::string> json = RigPlanJson(*plan);
-    if (!json.ok()) return json.status();
-    std::fputs(json->c_str(), stdout);
+    WEFT_ASSIGN_OR_RETURN(const std::string json, RigPlanJson(*plan));
+    std::fputs(json.c_str(), stdout);
     return VerdictStatus(verdict);
   }
   PrintVerdict(verdict);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/calibration/refine_rig.h"
 #include "services/tools/cli/json_output.h"
@@ -24,9 +25,7 @@ struct RefineOptions {
 };
 
 absl::Status Refine(const RefineOptions& options, bool quiet) {
-  if (absl::Status status = options.guard.MayReplace(options.request.out, "a rig, which takes may need");
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(options.guard.MayReplace(options.request.out, "a rig, which takes may need"));
   absl::StatusOr<RefinementResult> result;
   {
     Progress progress("refine", 1000, ProgressVisible(quiet), ProgressUnit::kPercent);
@@ -41,9 +40,7 @@ absl::Status Refine(const RefineOptions& options, bool quiet) {
   const bool is_fit = verdict.grade() != v1::GRADE_BAD;
   const CalibrationRecord* record = result->record ? &*result->record : nullptr;
   if (is_fit) {
-    if (absl::Status status = WriteRig(options.request.out, result->rig, result->provenance, record);
-        !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(WriteRig(options.request.out, result->rig, result->provenance, record));
   }
   if (options.json) {
     const absl::Status printed = PrintJsonMessage(RefinementReport(*result));

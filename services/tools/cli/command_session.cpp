@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -63,9 +64,8 @@ const char* SessionStateWord(v1::CaptureSessionState state) {
 absl::Status OpenRemoteSession(const SessionContext& context) {
   const SessionCommandOptions& options = context.options;
   v1::OpenSessionRequest request;
-  const absl::StatusOr<v1::Session> cameras = ReadSession(options.session);
-  if (!cameras.ok()) return cameras.status();
-  *request.mutable_cameras() = *cameras;
+  WEFT_ASSIGN_OR_RETURN(const v1::Session cameras, ReadSession(options.session));
+  *request.mutable_cameras() = cameras;
   request.set_rig(NameAtDaemon(options.rig));
   request.set_board(NameAtDaemon(options.board));
   request.set_garment(NameAtDaemon(options.garment));
@@ -73,11 +73,10 @@ absl::Status OpenRemoteSession(const SessionContext& context) {
   request.set_lease_s(options.lease_s);
   request.set_take_over(options.take_over);
   request.set_idempotency_key(NewTimedId());
-  const absl::StatusOr<v1::CaptureSession> session = context.client.Open(request);
-  if (!session.ok()) return session.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::CaptureSession session, context.client.Open(request));
   if (!options.json) {
-    std::printf("%s\n", session->lease().c_str());
-  } else if (absl::Status status = PrintJsonMessage(*session); !status.ok()) {
+    std::printf("%s\n", session.lease().c_str());
+  } else if (absl::Status status = PrintJsonMessage(session); !status.ok()) {
     return status;
   }
   std::fflush(stdout);
@@ -86,11 +85,10 @@ absl::Status OpenRemoteSession(const SessionContext& context) {
     std::fprintf(stderr,
                  "the session is open until this command is stopped (Ctrl-C); takes are started with\n"
                  "  weft take start --lease %s --server %s\n",
-                 session->lease().c_str(), options.server.c_str());
+                 session.lease().c_str(), options.server.c_str());
   }
-  if (absl::Status status = context.client.Hold(*session, session->lease(), context.stop); !status.ok())
-    return status;
-  return context.client.Close(session->lease()).status();
+  WEFT_RETURN_IF_ERROR(context.client.Hold(session, session.lease(), context.stop));
+  return context.client.Close(session.lease()).status();
 }
 
 absl::Status PrintSession(const absl::StatusOr<v1::CaptureSession>& session, const SessionContext& context) {
@@ -112,12 +110,11 @@ absl::Status CloseRemoteSession(const SessionContext& context) {
 }
 
 absl::Status ListRemoteSessions(const SessionContext& context) {
-  const absl::StatusOr<v1::ListSessionsResponse> list = context.client.List(context.options.limit);
-  if (!list.ok()) return list.status();
-  if (context.options.json) return PrintJsonMessage(*list);
-  for (const std::string& warning : list->warnings()) PrintWarning(warning);
-  if (list->sessions().empty()) std::printf("no sessions at %s\n", context.options.server.c_str());
-  for (const v1::CaptureSession& session : list->sessions()) {
+  WEFT_ASSIGN_OR_RETURN(const v1::ListSessionsResponse list, context.client.List(context.options.limit));
+  if (context.options.json) return PrintJsonMessage(list);
+  for (const std::string& warning : list.warnings()) PrintWarning(warning);
+  if (list.sessions().empty()) std::printf("no sessions at %s\n", context.options.server.c_str());
+  for (const v1::CaptureSession& session : list.sessions()) {
     std::string line =
         absl::StrFormat("%s  %-10s  %d cameras  %s", session.id(), SessionStateWord(session.state()),
                         session.cameras().cameras_size(), session.owner());
@@ -178,10 +175,9 @@ void AddRemoteSessionCommand(CLI::App& group, CommandLine& line, const SessionCo
   command->callback([options, action = what.action, &line] {
     line.run = [options, action, &line] {
       const StopOnSignal signals;
-      const absl::StatusOr<std::unique_ptr<RegistrationClient>> connection =
-          RegistrationClient::Connect(options->server);
-      if (!connection.ok()) return connection.status();
-      SessionClient client(**connection);
+      WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationClient> connection,
+                            RegistrationClient::Connect(options->server));
+      SessionClient client(*connection);
       return action({client, *options, line.quiet, signals.token()});
     };
   });

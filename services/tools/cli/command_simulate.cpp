@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/figure/motion_file.h"
@@ -65,22 +66,19 @@ absl::Status SetMotion(const std::string& path, PerformanceOptions& performance)
 }
 
 absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
-  absl::StatusOr<SyntheticTakeOptions> setup = SyntheticPreset(options.preset, options.seed);
-  if (!setup.ok()) return setup.status();
-  if (absl::Status status = SetMotion(options.motion_file, setup->performance); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions setup, SyntheticPreset(options.preset, options.seed));
+  WEFT_RETURN_IF_ERROR(SetMotion(options.motion_file, setup.performance));
   if (!options.body_file.empty()) {
-    const absl::StatusOr<NamedBody> body = ReadBody(options.body_file);
-    if (!body.ok()) return body.status();
-    setup->performance.body = body->shape;
+    WEFT_ASSIGN_OR_RETURN(const NamedBody body, ReadBody(options.body_file));
+    setup.performance.body = body.shape;
   }
   if (!options.rig.empty()) {
-    absl::StatusOr<Rig> rig = ReadRig(options.rig);
-    if (!rig.ok()) return rig.status();
-    setup->given_rig = *std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(options.rig));
+    setup.given_rig = std::move(rig);
   }
-  for (const auto& change : options.changes) change(*setup);
-  absl::Status status = setup->Validate();
-  status.Update(options.files.Validate(setup->camera.sensor.bits));
+  for (const auto& change : options.changes) change(setup);
+  absl::Status status = setup.Validate();
+  status.Update(options.files.Validate(setup.camera.sensor.bits));
   if (!status.ok()) return status;
   return setup;
 }
@@ -136,12 +134,10 @@ absl::Status SimulateCloth(const std::string& out, const SyntheticTakeOptions& s
 }
 
 absl::Status Simulate(const SimulateOptions& options, bool quiet) {
-  const absl::StatusOr<SyntheticTakeOptions> setup = SetUp(options);
-  if (!setup.ok()) return setup.status();
-  const absl::StatusOr<TakeFolder> folder = TakeFolder::Open(options.out, RecipeOf(options, *setup));
-  if (!folder.ok()) return folder.status();
-  if (folder->IsComplete()) {
-    std::printf("%s: is complete, all %d frames\n", options.out.c_str(), setup->performance.frames);
+  WEFT_ASSIGN_OR_RETURN(const SyntheticTakeOptions setup, SetUp(options));
+  WEFT_ASSIGN_OR_RETURN(const TakeFolder folder, TakeFolder::Open(options.out, RecipeOf(options, setup)));
+  if (folder.IsComplete()) {
+    std::printf("%s: is complete, all %d frames\n", options.out.c_str(), setup.performance.frames);
     return absl::OkStatus();
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -151,12 +147,12 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
 
   const StopOnSignal stop;  // before the first thread
   const bool visible = ProgressVisible(quiet);
-  if (options.no_pictures) return SimulateCloth(options.out, *setup, *folder, visible, stop.token());
+  if (options.no_pictures) return SimulateCloth(options.out, setup, folder, visible, stop.token());
   const Stopwatch watch;
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
     Progress progress("cloth ", kProgressSteps, visible, ProgressUnit::kPercent);
-    take = SyntheticTake::Make(*setup, [&](double share) {
+    take = SyntheticTake::Make(setup, [&](double share) {
       // Nothing is half-written yet, so there is nothing to clear away.
       if (stop.token().stop_requested()) kill(getpid(), SIGINT);
       progress.Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
@@ -168,7 +164,7 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
     const uint64_t views = static_cast<uint64_t>((*take)->frames()) * (*take)->rig().cameras.size();
     Progress progress("render", views, visible);
     summary = WriteSyntheticTake(
-        **take, *folder, options.files, [&progress] { progress.Advance(); }, stop.token());
+        **take, folder, options.files, [&progress] { progress.Advance(); }, stop.token());
   }
   if (!summary.ok()) return summary.status();
   std::printf(

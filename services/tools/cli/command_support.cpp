@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/installation_options.h"
 #include "services/tools/installation/support_bundle.h"
@@ -25,9 +26,8 @@ void AddSupportCommand(CLI::App& app, CommandLine& line) {
   AddInstallationOptions(*support, options->installation);
   support->callback([options, &line] {
     line.run = [options] {
-      const absl::StatusOr<std::vector<std::string>> names = WriteSupportBundle(*options);
-      if (!names.ok()) return names.status();
-      std::printf("%s has %s\n", options->out.c_str(), absl::StrJoin(*names, ", ").c_str());
+      WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, WriteSupportBundle(*options));
+      std::printf("%s has %s\n", options->out.c_str(), absl::StrJoin(names, ", ").c_str());
       return absl::OkStatus();
     };
   });

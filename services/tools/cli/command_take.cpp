@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_speed.h"
@@ -27,54 +28,49 @@ struct TakeCommandOptions {
 };
 
 absl::Status Info(const TakeCommandOptions& options) {
-  const absl::StatusOr<v1::TakeInfo> info = DescribeTake(options.take);
-  if (!info.ok()) return info.status();
-  if (options.json) return PrintJsonMessage(*info);
-  std::fputs(TakeInfoText(*info).c_str(), stdout);
-  for (const std::string& warning : info->warnings()) PrintWarning(warning);
+  WEFT_ASSIGN_OR_RETURN(const v1::TakeInfo info, DescribeTake(options.take));
+  if (options.json) return PrintJsonMessage(info);
+  std::fputs(TakeInfoText(info).c_str(), stdout);
+  for (const std::string& warning : info.warnings()) PrintWarning(warning);
   return absl::OkStatus();
 }
 
 absl::Status Verify(const TakeCommandOptions& options) {
-  const absl::StatusOr<v1::TakeCheckReport> report = VerifyRecordedTake(options.take);
-  if (!report.ok()) return report.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::TakeCheckReport report, VerifyRecordedTake(options.take));
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(*report); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
   } else {
-    std::fputs(TakeCheckText(*report).c_str(), stdout);
+    std::fputs(TakeCheckText(report).c_str(), stdout);
   }
-  return VerdictStatus(report->verdict());
+  return VerdictStatus(report.verdict());
 }
 
 absl::Status Purge(const TakeCommandOptions& options) {
-  const absl::StatusOr<uint64_t> bytes = PurgeRecovered(options.take);
-  if (!bytes.ok()) return bytes.status();
+  WEFT_ASSIGN_OR_RETURN(const uint64_t bytes, PurgeRecovered(options.take));
   std::printf("%s: %.2f GB of earlier recoveries removed\n", options.take.c_str(),
-              static_cast<double>(*bytes) / 1e9);
+              static_cast<double>(bytes) / 1e9);
   return absl::OkStatus();
 }
 
 absl::Status Recover(const TakeCommandOptions& options) {
   if (options.purge) return Purge(options);
-  const absl::StatusOr<v1::TakeRecoveryReport> report =
-      RecoverRecordedTake(options.take, {options.force, options.dry_run});
-  if (!report.ok()) return report.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::TakeRecoveryReport report,
+                        RecoverRecordedTake(options.take, {options.force, options.dry_run}));
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(*report); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
   } else {
-    std::fputs(TakeRecoveryText(*report).c_str(), stdout);
+    std::fputs(TakeRecoveryText(report).c_str(), stdout);
   }
-  return VerdictStatus(report->verdict());
+  return VerdictStatus(report.verdict());
 }
 
 absl::Status RunDiskTest(const TakeCommandOptions& options) {
-  const absl::StatusOr<DiskSpeed> speed =
-      MeasureDiskSpeed(options.take, static_cast<uint64_t>(options.size_gib * (1 << 30)));
-  if (!speed.ok()) return speed.status();
+  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed,
+                        MeasureDiskSpeed(options.take, static_cast<uint64_t>(options.size_gib * (1 << 30))));
   std::printf("%s: %.2f GB/s%s, slowest write of 8 MiB %.0f ms, %s\n", options.take.c_str(),
-              speed->bytes_per_s / 1e9, speed->bypasses_page_cache ? "" : " (through the page cache)",
-              speed->slowest_write_ms,
-              RoomText(static_cast<double>(speed->free_bytes), 0, speed->bytes_per_s).c_str());
+              speed.bytes_per_s / 1e9, speed.bypasses_page_cache ? "" : " (through the page cache)",
+              speed.slowest_write_ms,
+              RoomText(static_cast<double>(speed.free_bytes), 0, speed.bytes_per_s).c_str());
   return absl::OkStatus();
 }
 

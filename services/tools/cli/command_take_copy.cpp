@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/studio/recording/proxy_video.h"
 #include "services/studio/recording/take_archive.h"
 #include "services/studio/recording/take_copy.h"
@@ -54,12 +55,11 @@ absl::Status SayHowMany(const CopyCommandOptions& options, const char* what,
 }
 
 absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& progress) {
-  const absl::StatusOr<uint64_t> frames = ExportArchive(options.source, options.out, progress);
-  if (!frames.ok()) return frames.status();
+  WEFT_ASSIGN_OR_RETURN(const uint64_t frames, ExportArchive(options.source, options.out, progress));
   v1::TakeCopy copy;
-  copy.set_frames(*frames);
+  copy.set_frames(frames);
   return Say(options, copy,
-             absl::StrFormat("%d frames, each decoded again and equal to the take's in every byte", *frames));
+             absl::StrFormat("%d frames, each decoded again and equal to the take's in every byte", frames));
 }
 
 absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
@@ -77,9 +77,8 @@ absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
 absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
   TrimOptions trim;
   trim.recorder.take.stream.compress = options.compress;
-  absl::StatusOr<TakeViewOptions> view = ParseTakeRange(options.range);
-  if (!view.ok()) return view.status();
-  trim.view = *std::move(view);
+  WEFT_ASSIGN_OR_RETURN(TakeViewOptions view, ParseTakeRange(options.range));
+  trim.view = std::move(view);
   return SayHowMany(options, "", TrimTake(options.source, options.out, trim, MakeProgress("trim", quiet)));
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/studio/recording/take_description.h"
 #include "services/studio/recording/take_words.h"
 #include "services/tools/cli/commands.h"
@@ -40,15 +41,13 @@ std::string NamesOf(const v1::Take& take) {
 }
 
 absl::Status DescribeAtDaemon(const DescribeOptions& options) {
-  const auto connection = RegistrationClient::Connect(options.server);
-  if (!connection.ok()) return connection.status();
-  TakeClient client(**connection);
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
+  TakeClient client(*connection);
   v1::DescribeTakeRequest request;
   request.set_take_id(std::string(absl::StripPrefix(options.take, "take:")));
   // The call replaces slate and notes, so what is not given is asked for first.
-  const absl::StatusOr<v1::ListTakesResponse> known = client.List(0, false, request.take_id());
-  if (!known.ok()) return known.status();
-  for (const v1::RecordedTake& take : known->takes()) {
+  WEFT_ASSIGN_OR_RETURN(const v1::ListTakesResponse known, client.List(0, false, request.take_id()));
+  for (const v1::RecordedTake& take : known.takes()) {
     if (take.id() != request.take_id()) continue;
     request.set_slate(take.keeping().slate());
     request.set_notes(take.keeping().notes());
@@ -56,11 +55,10 @@ absl::Status DescribeAtDaemon(const DescribeOptions& options) {
   if (options.slate) request.set_slate(*options.slate);
   if (options.notes) request.set_notes(*options.notes);
   if (options.name) request.set_name(*options.name);
-  const absl::StatusOr<v1::RecordedTake> take = client.Describe(request);
-  if (!take.ok()) return take.status();
-  if (options.json) return PrintJsonMessage(*take);
-  std::printf("%s  %s  %s\n", take->id().c_str(), take->keeping().slate().c_str(),
-              take->keeping().name().c_str());
+  WEFT_ASSIGN_OR_RETURN(const v1::RecordedTake take, client.Describe(request));
+  if (options.json) return PrintJsonMessage(take);
+  std::printf("%s  %s  %s\n", take.id().c_str(), take.keeping().slate().c_str(),
+              take.keeping().name().c_str());
   return absl::OkStatus();
 }
 
@@ -73,21 +71,19 @@ absl::Status DescribeHere(const DescribeOptions& options) {
     return DescribeAtDaemon(options);
   if (absl::StartsWith(options.take, "take:"))
     return absl::InvalidArgumentError("take:ID is a take of a daemon: name it, --server HOST:PORT");
-  const absl::StatusOr<v1::Take> take =
-      DescribeTakeFile(options.take, {options.slate, options.name, options.notes});
-  if (!take.ok()) return take.status();
-  if (options.json) return PrintJsonMessage(*take);
-  std::printf("%s  %s\n", options.take.c_str(), NamesOf(*take).c_str());
+  WEFT_ASSIGN_OR_RETURN(const v1::Take take,
+                        DescribeTakeFile(options.take, {options.slate, options.name, options.notes}));
+  if (options.json) return PrintJsonMessage(take);
+  std::printf("%s  %s\n", options.take.c_str(), NamesOf(take).c_str());
   return absl::OkStatus();
 }
 
 absl::Status SearchHere(const SearchOptions& options) {
-  const auto found = FindTakes(options.folder, absl::StrJoin(options.words, " "));
-  if (!found.ok()) return found.status();
-  if (found->empty() && !options.json) std::printf("no take in %s has these words\n", options.folder.c_str());
-  for (const FoundTake& one : *found) {
+  WEFT_ASSIGN_OR_RETURN(const auto found, FindTakes(options.folder, absl::StrJoin(options.words, " ")));
+  if (found.empty() && !options.json) std::printf("no take in %s has these words\n", options.folder.c_str());
+  for (const FoundTake& one : found) {
     if (options.json) {
-      if (absl::Status status = PrintJsonMessage(one.take); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(PrintJsonMessage(one.take));
       continue;
     }
     std::printf("%s  %s sets  %s\n", one.folder.c_str(), WithSeparators(one.take.sets_recorded()).c_str(),

@@ -13,6 +13,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -39,9 +40,8 @@ struct ImportCommandOptions {
 
 absl::StatusOr<std::optional<PixelFormat>> MosaicOf(const ImportCommandOptions& options) {
   if (options.mosaic.empty()) return std::optional<PixelFormat>();
-  const absl::StatusOr<PixelFormat> mosaic = PixelFormatFromName(options.mosaic);
-  if (!mosaic.ok()) return mosaic.status();
-  return std::optional<PixelFormat>(*mosaic);
+  WEFT_ASSIGN_OR_RETURN(const PixelFormat mosaic, PixelFormatFromName(options.mosaic));
+  return std::optional<PixelFormat>(mosaic);
 }
 
 absl::Status SayImported(const ImportCommandOptions& options, v1::TakeCopy copy, const std::string& text) {
@@ -59,21 +59,19 @@ absl::Status ImportFolder(const ImportCommandOptions& options, bool quiet) {
   TakeCopyOptions copy;
   copy.fps = options.fps;
   copy.recorder.take.stream.compress = options.compress;
-  const auto mosaic = MosaicOf(options);
-  if (!mosaic.ok()) return mosaic.status();
-  copy.mosaic = *mosaic;
+  WEFT_ASSIGN_OR_RETURN(const auto mosaic, MosaicOf(options));
+  copy.mosaic = mosaic;
   const absl::StatusOr<NameMeaning> names = NameMeaningFromName(options.names);
   if (!names.ok()) return absl::InvalidArgumentError(absl::StrCat("--", names.status().message()));
   copy.names = *names;
   Progress bar("import", 0, ProgressVisible(quiet));
-  const absl::StatusOr<ImportedImages> imported =
-      ImportImages(options.sources.front(), options.out, copy,
-                   [&](uint64_t done, uint64_t total) { bar.Set(done, total); });
-  if (!imported.ok()) return imported.status();
+  WEFT_ASSIGN_OR_RETURN(const ImportedImages imported,
+                        ImportImages(options.sources.front(), options.out, copy,
+                                     [&](uint64_t done, uint64_t total) { bar.Set(done, total); }));
   v1::TakeCopy said;
-  said.set_sets(imported->sets);
-  said.mutable_warnings()->Assign(imported->notes.begin(), imported->notes.end());
-  return SayImported(options, said, absl::StrFormat("%s: %d frame sets\n", options.out, imported->sets));
+  said.set_sets(imported.sets);
+  said.mutable_warnings()->Assign(imported.notes.begin(), imported.notes.end());
+  return SayImported(options, said, absl::StrFormat("%s: %d frame sets\n", options.out, imported.sets));
 }
 
 // "NAME=TEXT". InvalidArgument names the option.
@@ -92,27 +90,23 @@ absl::StatusOr<VideoImportOptions> VideoOptionsOf(const ImportCommandOptions& op
   for (const std::string& path : options.sources)
     video.videos.push_back({std::filesystem::path(path).stem().string(), path});
   for (const std::string& given : options.cameras) {
-    const auto parts = NameAndText("--camera", given);
-    if (!parts.ok()) return parts.status();
-    video.videos.push_back({parts->first, parts->second});
+    WEFT_ASSIGN_OR_RETURN(const auto parts, NameAndText("--camera", given));
+    video.videos.push_back({parts.first, parts.second});
   }
   for (const std::string& given : options.ltc) {
-    const auto parts = NameAndText("--ltc", given);
-    if (!parts.ok()) return parts.status();
-    video.ltc[parts->first] = parts->second;
+    WEFT_ASSIGN_OR_RETURN(const auto parts, NameAndText("--ltc", given));
+    video.ltc[parts.first] = parts.second;
   }
   for (const std::string& given : options.offsets) {
-    const auto parts = NameAndText("--offset", given);
-    if (!parts.ok()) return parts.status();
-    if (!absl::SimpleAtod(parts->second, &video.given_s[parts->first]))
+    WEFT_ASSIGN_OR_RETURN(const auto parts, NameAndText("--offset", given));
+    if (!absl::SimpleAtod(parts.second, &video.given_s[parts.first]))
       return absl::InvalidArgumentError(absl::StrCat("--offset ", given, ": seconds are wanted"));
   }
   const absl::StatusOr<SyncWay> sync = SyncWayFromName(options.sync);
   if (!sync.ok()) return absl::InvalidArgumentError(absl::StrCat("--", sync.status().message()));
   video.sync = *sync;
-  const auto mosaic = MosaicOf(options);
-  if (!mosaic.ok()) return mosaic.status();
-  video.mosaic = *mosaic;
+  WEFT_ASSIGN_OR_RETURN(const auto mosaic, MosaicOf(options));
+  video.mosaic = mosaic;
   video.stream.compress = options.compress;
   video.said.set_slate(options.slate);
   video.said.set_name(options.name);
@@ -141,11 +135,10 @@ VideoImportProgress BarPerStage(bool quiet, const std::stop_token& stop) {
 }
 
 absl::Status ImportFilms(const ImportCommandOptions& options, bool quiet) {
-  const absl::StatusOr<VideoImportOptions> video = VideoOptionsOf(options);
-  if (!video.ok()) return video.status();
+  WEFT_ASSIGN_OR_RETURN(const VideoImportOptions video, VideoOptionsOf(options));
   const StopOnSignal signals;
   const absl::StatusOr<VideoImportResult> result =
-      ImportVideos(*video, options.out, BarPerStage(quiet, signals.token()));
+      ImportVideos(video, options.out, BarPerStage(quiet, signals.token()));
   if (absl::IsCancelled(result.status()))
     return absl::CancelledError("stopped; the same command goes on from here");
   if (!result.ok()) return result.status();

@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_check.h"
@@ -47,23 +48,22 @@ std::string StateLine(const LiveRecordingState& state) {
 }
 
 absl::Status PrintRecording(const std::string& folder, bool json) {
-  const absl::StatusOr<v1::TakeInfo> info = DescribeTake(folder);
-  if (!info.ok()) return info.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::TakeInfo info, DescribeTake(folder));
   if (json) {
-    if (absl::Status status = PrintJsonMessage(*info); !status.ok()) return status;
-    return VerdictStatus(info->verdict());
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(info));
+    return VerdictStatus(info.verdict());
   }
-  std::fputs(TakeInfoText(*info).c_str(), stdout);
-  for (const std::string& warning : info->warnings()) PrintWarning(warning);
+  std::fputs(TakeInfoText(info).c_str(), stdout);
+  for (const std::string& warning : info.warnings()) PrintWarning(warning);
   std::vector<std::pair<std::string, std::string>> said;
-  for (const v1::TakeCamera& c : info->take().cameras())
+  for (const v1::TakeCamera& c : info.take().cameras())
     said.emplace_back(
         c.id(), absl::StrCat(WithSeparators(c.frames_received()), " frames, ",
                              WithSeparators(c.frames_lost()), " lost, ", WithSeparators(c.packets_resent()),
                              " packets resent, ", WithSeparators(c.packets_missing()), " packets missing, ",
                              c.disconnections(), " times away, ", c.reconnections(), " times back"));
   for (const std::string& of : CameraLines(said, said.size())) std::printf("%s\n", of.c_str());
-  return VerdictStatus(info->verdict());
+  return VerdictStatus(info.verdict());
 }
 
 // In the folder that the take's own is made in.
@@ -74,9 +74,8 @@ absl::Status TestDisk(const RecordCommandOptions& options,
   if (options.no_disk_test || !rate) return absl::OkStatus();
   std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();
   while (!std::filesystem::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
-  const absl::StatusOr<DiskSpeed> speed = MeasureDiskSpeed(folder.string(), DiskTestBytes(*rate));
-  if (!speed.ok()) return speed.status();
-  const absl::StatusOr<std::vector<std::string>> warnings = AssessDisk(*speed, *rate, recording);
+  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed, MeasureDiskSpeed(folder.string(), DiskTestBytes(*rate)));
+  const absl::StatusOr<std::vector<std::string>> warnings = AssessDisk(speed, *rate, recording);
   if (!warnings.ok()) {
     return absl::Status(warnings.status().code(),
                         absl::StrCat(folder.string(), ": ", warnings.status().message(),
@@ -87,29 +86,26 @@ absl::Status TestDisk(const RecordCommandOptions& options,
 }
 
 absl::Status Record(const RecordCommandOptions& options, bool quiet) {
-  const absl::StatusOr<v1::Session> session = ReadSession(options.session);
-  if (!session.ok()) return session.status();
-  absl::StatusOr<LiveRecordingOptions> recording = RecordingOptionsOf(*session);
-  if (!recording.ok()) return recording.status();
-  recording->seconds = options.seconds;
-  const auto cameras = OpenCameras(*session);
-  if (!cameras.ok()) return cameras.status();
-  if (absl::Status status = TestDisk(options, *cameras, *recording); !status.ok()) return status;
-  for (const std::string& warning : ClockWarnings(*cameras)) PrintWarning(warning);
-  const absl::StatusOr<std::unique_ptr<LivePreview>> preview = StartPreview(options.preview, options.out);
-  if (!preview.ok()) return preview.status();
-  if (*preview) recording->look = [&](const RawFrameSet& set) { (*preview)->Offer(set); };
+  WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(options.session));
+  WEFT_ASSIGN_OR_RETURN(LiveRecordingOptions recording, RecordingOptionsOf(session));
+  recording.seconds = options.seconds;
+  WEFT_ASSIGN_OR_RETURN(const auto cameras, OpenCameras(session));
+  WEFT_RETURN_IF_ERROR(TestDisk(options, cameras, recording));
+  for (const std::string& warning : ClockWarnings(cameras)) PrintWarning(warning);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<LivePreview> preview,
+                        StartPreview(options.preview, options.out));
+  if (preview) recording.look = [&](const RawFrameSet& set) { preview->Offer(set); };
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   const bool shows_progress = !quiet && isatty(STDERR_FILENO);
   int reports = 0;
   const auto show = [&](const LiveRecordingState& state) {
-    if (*preview) (*preview)->Describe(StateLine(state));
+    if (preview) preview->Describe(StateLine(state));
     if (reports++ % 10 == 0 && shows_progress) std::fprintf(stderr, "\r%s", StateLine(state).c_str());
   };
-  const absl::StatusOr<v1::Take> take = RecordLive(options.out, *cameras, *recording, interrupted, show);
+  const absl::StatusOr<v1::Take> take = RecordLive(options.out, cameras, recording, interrupted, show);
   if (reports > 0 && shows_progress) std::fputc('\n', stderr);
-  if (*preview) WarnOfPreview((*preview)->Stop());
+  if (preview) WarnOfPreview(preview->Stop());
   if (!take.ok()) {
     if (reports > 0)
       static_cast<void>(PrintRecording(options.out, options.json));  // what is on the disk all the same

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -151,20 +152,18 @@ absl::Status StartRemoteTake(const RemoteTakeContext& context) {
   v1::StartTakeRequest request;
   request.set_lease(options.lease);
   if (!options.session.empty()) {
-    const absl::StatusOr<v1::Session> session = ReadSession(options.session);
-    if (!session.ok()) return session.status();
-    *request.mutable_recording()->mutable_session() = *session;
+    WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(options.session));
+    *request.mutable_recording()->mutable_session() = session;
   }
   request.mutable_recording()->set_seconds(context.options.seconds);
   request.mutable_recording()->set_no_disk_test(context.options.no_disk_test);
   request.set_idempotency_key(NewTimedId());
-  absl::StatusOr<v1::RecordedTake> take = context.client.Start(request);
-  if (!take.ok()) return take.status();
-  if (!context.options.json) std::printf("%s\n", take->id().c_str());
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, context.client.Start(request));
+  if (!context.options.json) std::printf("%s\n", take.id().c_str());
   std::fflush(stdout);
-  const absl::Status started = WaitForStart(context, *take);
+  const absl::Status started = WaitForStart(context, take);
   if (!context.options.json) return started;
-  const absl::Status printed = PrintJsonMessage(*take);
+  const absl::Status printed = PrintJsonMessage(take);
   return started.ok() ? printed : started;
 }
 
@@ -183,7 +182,7 @@ absl::Status WatchRemoteTake(const RemoteTakeContext& context) {
   if (shows) std::fputc('\n', stderr);
   if (!take.ok()) return take.status();
   if (context.options.json) {
-    if (absl::Status status = PrintJsonMessage(*take); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(*take));
   } else if (!context.quiet) {
     for (const std::string& warning : take->state().warnings()) PrintWarning(warning);
     std::printf("%s\ntake     %s\n", TakeLine(*take).c_str(), take->folder().c_str());
@@ -198,16 +197,16 @@ absl::Status StopRemoteTake(const RemoteTakeContext& context) {
 }
 
 absl::Status ListRemoteTakes(const RemoteTakeContext& context) {
-  const absl::StatusOr<v1::ListTakesResponse> list =
-      context.client.List(context.options.limit, context.options.trash, context.options.words);
-  if (!list.ok()) return list.status();
-  if (context.options.json) return PrintJsonMessage(*list);
-  for (const std::string& warning : list->warnings()) PrintWarning(warning);
-  if (list->takes().empty()) {
+  WEFT_ASSIGN_OR_RETURN(
+      const v1::ListTakesResponse list,
+      context.client.List(context.options.limit, context.options.trash, context.options.words));
+  if (context.options.json) return PrintJsonMessage(list);
+  for (const std::string& warning : list.warnings()) PrintWarning(warning);
+  if (list.takes().empty()) {
     std::printf("no takes %s%sat %s\n", context.options.trash ? "in the trash " : "",
                 context.options.words.empty() ? "" : "with these words ", context.options.server.c_str());
   }
-  for (const v1::RecordedTake& take : list->takes())
+  for (const v1::RecordedTake& take : list.takes())
     std::printf("%s  %s\n", take.id().c_str(), TakeLine(take).c_str());
   return absl::OkStatus();
 }
@@ -232,11 +231,11 @@ absl::Status RestoreRemoteTake(const RemoteTakeContext& context) {
 }
 
 absl::Status EmptyRemoteTrash(const RemoteTakeContext& context) {
-  const absl::StatusOr<v1::EmptyTrashResponse> emptied = context.client.EmptyTrash(context.options.take_id);
-  if (!emptied.ok()) return emptied.status();
-  if (context.options.json) return PrintJsonMessage(*emptied);
+  WEFT_ASSIGN_OR_RETURN(const v1::EmptyTrashResponse emptied,
+                        context.client.EmptyTrash(context.options.take_id));
+  if (context.options.json) return PrintJsonMessage(emptied);
   if (!context.quiet) {
-    std::printf("%d takes removed, %.2f GB\n", emptied->takes(), static_cast<double>(emptied->bytes()) / 1e9);
+    std::printf("%d takes removed, %.2f GB\n", emptied.takes(), static_cast<double>(emptied.bytes()) / 1e9);
   }
   return absl::OkStatus();
 }
@@ -295,10 +294,9 @@ void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCom
   command->callback([options, action = what.action, &line] {
     line.run = [options, action, &line] {
       const StopOnSignal signals;
-      const absl::StatusOr<std::unique_ptr<RegistrationClient>> connection =
-          RegistrationClient::Connect(options->server);
-      if (!connection.ok()) return connection.status();
-      TakeClient client(**connection);
+      WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationClient> connection,
+                            RegistrationClient::Connect(options->server));
+      TakeClient client(*connection);
       return action({client, *options, line.quiet, signals.token()});
     };
   });

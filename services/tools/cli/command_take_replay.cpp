@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/replay_take.h"
 #include "services/tools/cli/commands.h"
@@ -59,19 +60,17 @@ absl::StatusOr<std::shared_ptr<Replay>> OpenReplay(const ReplayCommandOptions& o
   replay.speed = options.speed;
   if (options.fastest) replay.mode = ReplayMode::kFastest;
   if (options.step) replay.mode = ReplayMode::kStepwise;
-  absl::StatusOr<TakeViewOptions> view = ParseTakeRange(options.range);
-  if (!view.ok()) return view.status();
-  replay.view = *std::move(view);
+  WEFT_ASSIGN_OR_RETURN(TakeViewOptions view, ParseTakeRange(options.range));
+  replay.view = std::move(view);
   return Replay::Open(options.take, replay);
 }
 
 absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
-  const absl::StatusOr<std::shared_ptr<Replay>> opened = OpenReplay(options);
-  if (!opened.ok()) return opened.status();
-  Replay& replay = **opened;
+  WEFT_ASSIGN_OR_RETURN(const std::shared_ptr<Replay> opened, OpenReplay(options));
+  Replay& replay = *opened;
   for (const std::string& warning : replay.view().take().warnings()) PrintWarning(warning);
-  const absl::StatusOr<std::unique_ptr<LivePreview>> preview = StartPreview(options.preview, options.take);
-  if (!preview.ok()) return preview.status();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<LivePreview> preview,
+                        StartPreview(options.preview, options.take));
   const bool lists = options.list || options.step;
   FILE* const list = options.json ? stderr : stdout;
   Progress progress("replay", replay.view().sets().size(), ProgressVisible(quiet) && !lists);
@@ -80,7 +79,7 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
   if (options.step) replay.clock().Step();
   v1::TakeReplay summary = ReplayTake(replay, [&](const RawFrameSet& set, std::chrono::nanoseconds late) {
     progress.Advance();
-    if (*preview) (*preview)->Offer(set);
+    if (preview) preview->Offer(set);
     const double since_ms = static_cast<double>(replay.SetTime_ns(index++) - begin_ns) / 1e6;
     if (lists) {
       absl::FPrintF(list, "%s\n", SetLine(set, since_ms, static_cast<double>(late.count()) / 1e6));
@@ -91,7 +90,7 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
     return WaitForEnter();
   });
   summary.set_take(options.take);
-  if (*preview) WarnOfPreview((*preview)->Finish());
+  if (preview) WarnOfPreview(preview->Finish());
   if (options.json) return PrintJsonMessage(summary);
   std::fputs(SummaryText(summary).c_str(), stdout);
   return absl::OkStatus();

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/recording/sync_report.h"
@@ -20,18 +21,16 @@ struct SyncCommandOptions {
 };
 
 absl::Status Sync(const SyncCommandOptions& options) {
-  const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(options.take);
-  if (!analysis.ok()) return analysis.status();
+  WEFT_ASSIGN_OR_RETURN(const SyncAnalysis analysis, AnalyzeSync(options.take));
   if (!options.report.empty()) {
-    if (absl::Status status = WriteFileAtomically(options.report, SyncPage(*analysis)); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(options.report, SyncPage(analysis)));
   }
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(analysis->report); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(analysis.report));
   } else {
-    std::fputs(SyncReportText(analysis->report).c_str(), stdout);
+    std::fputs(SyncReportText(analysis.report).c_str(), stdout);
   }
-  return VerdictStatus(analysis->report.verdict());
+  return VerdictStatus(analysis.report.verdict());
 }
 
 }  // namespace

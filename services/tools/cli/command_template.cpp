@@ -11,6 +11,7 @@
 #include "alignment/mesh_graph.h"
 #include "alignment/template_check.h"
 #include "base/length_unit.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -93,17 +94,13 @@ std::string MapNames(const TemplateImportOptions& options) {
 }
 
 absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& options) {
-  const absl::StatusOr<std::string> text = ReadTextFile(options.cells);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, NodeKind::kCenter, options.cells);
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadTextFile(options.cells));
+  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(text, NodeKind::kCenter, options.cells);
   if (!nodes.ok() || options.corners.empty()) return nodes;
-  const absl::StatusOr<std::string> corners_text = ReadTextFile(options.corners);
-  if (!corners_text.ok()) return corners_text.status();
-  const absl::StatusOr<std::vector<VertexNode>> corners =
-      ParseVertexMap(*corners_text, NodeKind::kCorner, options.corners);
-  if (!corners.ok()) return corners.status();
-  const absl::Status status = InFile(MapNames(options), JoinCorners(*corners, &*nodes));
-  if (!status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const std::string corners_text, ReadTextFile(options.corners));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<VertexNode> corners,
+                        ParseVertexMap(corners_text, NodeKind::kCorner, options.corners));
+  WEFT_RETURN_IF_ERROR(InFile(MapNames(options), JoinCorners(corners, &*nodes)));
   return nodes;
 }
 
@@ -117,42 +114,37 @@ absl::StatusOr<TriangleMesh> ReadMeshInMm(const TemplateImportOptions& options) 
 // What of mesh and map deserves a word; the faces of `garment` show the printed side afterwards.
 absl::StatusOr<std::vector<std::string>> CheckOnBoard(const TemplateImportOptions& options,
                                                       const Board& board, Template* garment) {
-  const absl::StatusOr<TemplateOnBoard> on_board =
-      PutOnBoard(board, options.turn_faces ? FaceSideSaid::kInside : FaceSideSaid::kNothing,
-                 options.allow_scale, garment);
-  if (!on_board.ok()) return on_board.status();
-  std::vector<std::string> notes = on_board->size.off;
-  notes.insert(notes.end(), on_board->size.unchecked.begin(), on_board->size.unchecked.end());
-  if (on_board->turned.faces > 0)
+  WEFT_ASSIGN_OR_RETURN(const TemplateOnBoard on_board,
+                        PutOnBoard(board, options.turn_faces ? FaceSideSaid::kInside : FaceSideSaid::kNothing,
+                                   options.allow_scale, garment));
+  std::vector<std::string> notes = on_board.size.off;
+  notes.insert(notes.end(), on_board.size.unchecked.begin(), on_board.size.unchecked.end());
+  if (on_board.turned.faces > 0)
     notes.push_back(
-        absl::StrCat(on_board->turned.faces, " of ", garment->rest.faces.size(),
+        absl::StrCat(on_board.turned.faces, " of ", garment->rest.faces.size(),
                      " faces showed the inside of the cloth and were turned to the printed side"));
   return notes;
 }
 
 absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
-  const absl::StatusOr<Board> board = ReadBoard(options.board);
-  if (!board.ok()) return board.status();
-  absl::StatusOr<TriangleMesh> mesh = ReadMeshInMm(options);
-  if (!mesh.ok()) return mesh.status();
-  absl::StatusOr<std::vector<VertexNode>> nodes = ReadMaps(options);
-  if (!nodes.ok()) return nodes.status();
-  absl::Status status = InFile(options.mesh, CheckTemplateMesh(*mesh));
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMeshInMm(options));
+  WEFT_ASSIGN_OR_RETURN(std::vector<VertexNode> nodes, ReadMaps(options));
+  absl::Status status = InFile(options.mesh, CheckTemplateMesh(mesh));
   status.Update(InFile(absl::StrCat(MapNames(options), " with ", options.mesh),
-                       CheckVertexNodes(*nodes, mesh->vertices_mm.size(), *board)));
+                       CheckVertexNodes(nodes, mesh.vertices_mm.size(), board)));
   if (!status.ok()) return status;
-  absl::StatusOr<Template> garment =
-      ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id, *std::move(mesh),
-                     *std::move(nodes), *board);
-  if (!garment.ok()) return garment.status();
-  const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, *board, &*garment);
+  WEFT_ASSIGN_OR_RETURN(Template garment,
+                        ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id,
+                                       std::move(mesh), std::move(nodes), board));
+  const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, board, &garment);
   status = InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status());
   if (!status.ok()) return status;
   GarmentParts parts;
-  parts.board_rows = board->rows, parts.board_cols = board->cols;
+  parts.board_rows = board.rows, parts.board_cols = board.cols;
   parts.any_scale = options.allow_scale;
   if (options.openings >= 0) {
-    const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, {});
+    const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(garment, {});
     status = InFile(options.mesh, summary.status());
     if (status.ok()) status = InFile(options.mesh, CheckOpeningCount(*summary, options.openings));
     if (!status.ok()) return status;
@@ -161,14 +153,14 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  status = MayWriteTemplate(options.out, *garment, options.guard);
+  status = MayWriteTemplate(options.out, garment, options.guard);
   if (!status.ok()) return status;
   status = WriteTemplateWithParts(
-      options.out, *garment, parts,
+      options.out, garment, parts,
       absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
   if (!status.ok()) return status;
   for (const std::string& note : *notes) PrintWarning(absl::StrCat(options.mesh, ": ", note));
-  PrintSummary(options, *garment);
+  PrintSummary(options, garment);
   return absl::OkStatus();
 }
 

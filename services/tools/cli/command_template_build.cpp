@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/build_template.h"
 #include "alignment/template_check.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -78,34 +79,33 @@ absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
 }
 
 absl::Status Build(BuildOptions options, bool quiet) {
-  const absl::StatusOr<CommandPipeline> pipeline =
-      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"});
-  if (!pipeline.ok()) return pipeline.status();
-  if (absl::Status status = MayWriteTemplateFolder(options.out, options.guard); !status.ok()) return status;
-  TemplateBuildOptions build = pipeline->options.template_build;
+  WEFT_ASSIGN_OR_RETURN(
+      const CommandPipeline pipeline,
+      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"}));
+  WEFT_RETURN_IF_ERROR(MayWriteTemplateFolder(options.out, options.guard));
+  TemplateBuildOptions build = pipeline.options.template_build;
   build.id = options.id.empty() ? TemplateIdOf(options.out) : options.id;
-  absl::StatusOr<Board> board = ReadBoard(options.from.board);
-  if (!board.ok()) return board.status();
-  if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
+  WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(options.from.board));
+  if (options.cell_mm > 0) board.cell_mm = options.cell_mm;
   options.from.clouds_out = (std::filesystem::path(options.out) / "clouds").string();
   StopOnSignal stop;
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   absl::StatusOr<TemplateSources> sources;
   arena.execute(
-      [&] { sources = ReadTemplateSources(options.from, *board, pipeline->options, quiet, stop.token()); });
+      [&] { sources = ReadTemplateSources(options.from, board, pipeline.options, quiet, stop.token()); });
   if (!sources.ok()) return sources.status();
   absl::StatusOr<BuiltTemplate> built;
   {
     constexpr uint64_t kSteps = 100;
     Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
     arena.execute([&] {
-      built = BuildTemplate(*board, *sources, build, [&](double share) {
+      built = BuildTemplate(board, *sources, build, [&](double share) {
         progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
       });
     });
   }
   if (!built.ok()) return built.status();
-  if (absl::Status status = CheckTemplateMap(built->garment); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTemplateMap(built->garment));
   for (const std::string& warning : built->warnings) PrintWarning(warning);
   std::vector<std::string> names;
   for (const std::string& path : sources->cloud_names) {
@@ -114,21 +114,20 @@ absl::Status Build(BuildOptions options, bool quiet) {
   absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
                                                absl::StrCat("built from ", absl::StrJoin(names, ", ")));
   if (!status.ok()) return status;
-  absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
-  if (!summary.ok()) return summary.status();
-  const absl::StatusOr<std::string> report = MakeTemplateReport(
-      *built, {options.from.board, options.from.panels, sources->cloud_names, summary->verdict()});
-  if (!report.ok()) return report.status();
-  status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
+  WEFT_ASSIGN_OR_RETURN(v1::TemplateSummary summary, SummaryOf(*built));
+  WEFT_ASSIGN_OR_RETURN(const std::string report,
+                        MakeTemplateReport(*built, {options.from.board, options.from.panels,
+                                                    sources->cloud_names, summary.verdict()}));
+  status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), report);
   if (!status.ok()) return status;
-  *summary->mutable_options() = pipeline->message;
+  summary->mutable_options() = pipeline.message;
   if (options.json) {
-    if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(summary));
   } else {
-    PrintVerdict(summary->verdict());
+    PrintVerdict(summary.verdict());
     PrintBuilt(options, *built);
   }
-  return VerdictStatus(summary->verdict());
+  return VerdictStatus(summary.verdict());
 }
 
 // Flags that stand for options of the build.

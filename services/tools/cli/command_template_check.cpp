@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
@@ -31,39 +32,35 @@ absl::StatusOr<TemplateSize> SizeOf(const TemplateCheckOptions& options, const T
   if (options.board.empty()) {
     size = CheckTemplateSize(garment, parts.cell_mm, parts.any_scale);
   } else {
-    const absl::StatusOr<Board> board = ReadBoard(options.board);
-    if (!board.ok()) return board.status();
-    if (absl::Status status = CheckTemplateFitsBoard(garment, *board); !status.ok()) return status;
-    size = CheckTemplateOnBoard(garment, *board, parts.any_scale);
+    WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
+    WEFT_RETURN_IF_ERROR(CheckTemplateFitsBoard(garment, board));
+    size = CheckTemplateOnBoard(garment, board, parts.any_scale);
   }
   if (size.ok()) return size;
   return absl::Status(size.status().code(), absl::StrCat(options.folder, ": ", size.status().message()));
 }
 
 absl::Status CheckTemplate(const TemplateCheckOptions& options) {
-  const absl::StatusOr<Template> garment = ReadTemplate(options.folder);
-  if (!garment.ok()) return garment.status();
-  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.folder);
-  if (!parts.ok()) return parts.status();
-  const absl::StatusOr<TemplateSize> size = SizeOf(options, *garment, *parts);
-  if (!size.ok()) return size.status();
-  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, *parts);
+  WEFT_ASSIGN_OR_RETURN(const Template garment, ReadTemplate(options.folder));
+  WEFT_ASSIGN_OR_RETURN(const GarmentParts parts, ReadGarmentParts(options.folder));
+  WEFT_ASSIGN_OR_RETURN(const TemplateSize size, SizeOf(options, garment, parts));
+  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(garment, parts);
   absl::Status status = summary.status();
   if (status.ok()) {
-    status = CheckOpeningCount(*summary, options.openings >= 0 ? options.openings : parts->expected_openings);
+    status = CheckOpeningCount(*summary, options.openings >= 0 ? options.openings : parts.expected_openings);
   }
   if (!status.ok()) {
     return absl::Status(status.code(), absl::StrCat(options.folder, ": ", status.message()));
   }
-  AddPrintScale(*size, &*summary);
+  AddPrintScale(size, &*summary);
   const v1::Verdict verdict = TemplateVerdict(*summary);
   if (options.json) {
     *summary->mutable_verdict() = verdict;
-    if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(*summary));
   } else {
     PrintVerdict(verdict);
     std::fputs(TemplateSummaryText(*summary).c_str(), stdout);
-    for (const std::string& note : size->unchecked) absl::PrintF("size     %s\n", note);
+    for (const std::string& note : size.unchecked) absl::PrintF("size     %s\n", note);
   }
   return VerdictStatus(verdict);
 }

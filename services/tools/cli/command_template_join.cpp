@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/joint_template.h"
 #include "alignment/template_check.h"
+#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
@@ -27,34 +28,30 @@ struct TemplateJoinOptions {
 };
 
 absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
-  const absl::StatusOr<Board> board = ReadBoard(options.board);
-  if (!board.ok()) return board.status();
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
   std::vector<Template> garments;
   std::vector<GarmentParts> parts;
   for (const std::string& path : options.templates) {
-    absl::StatusOr<Template> garment = ReadTemplate(path);
-    if (!garment.ok()) return garment.status();
-    absl::StatusOr<GarmentParts> of_garment = ReadGarmentParts(path);
-    if (!of_garment.ok()) return of_garment.status();
-    garments.push_back(*std::move(garment));
-    parts.push_back(*std::move(of_garment));
+    WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(path));
+    WEFT_ASSIGN_OR_RETURN(GarmentParts of_garment, ReadGarmentParts(path));
+    garments.push_back(std::move(garment));
+    parts.push_back(std::move(of_garment));
   }
-  const absl::StatusOr<JointTemplate> joint =
-      JoinTemplates(options.id.empty() ? TemplateIdOf(options.out) : options.id, garments, parts, *board);
-  if (!joint.ok()) return joint.status();
-  const absl::StatusOr<TemplateSize> size =
-      CheckTemplateOnBoard(joint->garment, *board, joint->parts.any_scale);
-  if (!size.ok()) return size.status();
-  for (const auto* notes : {&size->off, &size->unchecked})
+  WEFT_ASSIGN_OR_RETURN(
+      const JointTemplate joint,
+      JoinTemplates(options.id.empty() ? TemplateIdOf(options.out) : options.id, garments, parts, board));
+  WEFT_ASSIGN_OR_RETURN(const TemplateSize size,
+                        CheckTemplateOnBoard(joint.garment, board, joint.parts.any_scale));
+  for (const auto* notes : {&size.off, &size.unchecked})
     for (const std::string& note : *notes) PrintWarning(note);
-  absl::Status status = MayWriteTemplate(options.out, joint->garment, options.guard);
+  absl::Status status = MayWriteTemplate(options.out, joint.garment, options.guard);
   if (!status.ok()) return status;
-  status = WriteTemplateWithParts(options.out, joint->garment, joint->parts, "weft template join");
+  status = WriteTemplateWithParts(options.out, joint.garment, joint.parts, "weft template join");
   if (!status.ok()) return status;
   std::printf("%s/template.json: %zu vertices, %zu faces, hash %s\n", options.out.c_str(),
-              joint->garment.rest.vertices_mm.size(), joint->garment.rest.faces.size(),
-              joint->garment.ContentHash().c_str());
-  for (const TemplateGarment& one : joint->garment.garments)
+              joint.garment.rest.vertices_mm.size(), joint.garment.rest.faces.size(),
+              joint.garment.ContentHash().c_str());
+  for (const TemplateGarment& one : joint.garment.garments)
     std::printf("  vertices %d to %d: %s\n", one.first_vertex, one.first_vertex + one.vertices - 1,
                 one.id.c_str());
   return absl::OkStatus();

@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/ground/process/exit_status.h"
@@ -51,7 +52,7 @@ class MadeFolders {
   absl::Status Make(const std::vector<std::string>& folders) {
     for (const std::string& folder : folders) {
       const bool is_new = !fs::exists(folder);
-      if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(CreateFolders(folder));
       if (is_new) made_.push_back(folder);
     }
     return absl::OkStatus();

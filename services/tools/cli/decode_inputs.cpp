@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "capture/image/mosaic.h"
 #include "capture/take/frame_range.h"
@@ -51,18 +52,16 @@ std::string ViewName(const std::string& frame, const std::string& camera, const 
 
 // The cameras of frames of a recorded take.
 absl::StatusOr<DecodeInputs> ViewsOfTake(const std::string& folder, const std::string& frames) {
-  absl::StatusOr<std::unique_ptr<RecordedTake>> opened = RecordedTake::Open(folder);
-  if (!opened.ok()) return opened.status();
-  const std::shared_ptr<const RecordedTake> take = *std::move(opened);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<RecordedTake> opened, RecordedTake::Open(folder));
+  const std::shared_ptr<const RecordedTake> take = std::move(opened);
   std::vector<std::string> names;
   for (const uint64_t set : take->sets()) names.push_back(FrameNameOf(set));
-  const absl::StatusOr<FrameRange> range = FindFrameRange(frames, names, folder);
-  if (!range.ok()) return range.status();
+  WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(frames, names, folder));
   DecodeInputs found;
-  for (size_t index = range->first; index < range->end; ++index) {
+  for (size_t index = range.first; index < range.end; ++index) {
     for (size_t camera = 0; camera < take->camera_ids().size(); ++camera) {
       const std::string& id = take->camera_ids()[camera];
-      found.views.push_back({ViewName(names[index], id, *range),
+      found.views.push_back({ViewName(names[index], id, range),
                              absl::StrCat(folder, ": frame ", names[index], ", camera ", id), [=] {
                                const absl::StatusOr<RawFrame> raw = take->ReadRaw(index, camera);
                                return raw.ok() ? ToFrame(*raw, DeepBits::kUsed)
@@ -81,16 +80,14 @@ absl::StatusOr<DecodeInputs> ViewsOfDump(const std::string& folder, const std::s
     return absl::InvalidArgumentError(absl::StrCat(
         folder, ": --mosaic is for image files; the cameras of a take say how their pixels lie"));
   }
-  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder);
-  if (!images.ok()) return images.status();
+  WEFT_ASSIGN_OR_RETURN(const ImageFolder images, ListImageFolder(folder));
   std::vector<std::string> names;
-  for (const auto& [name, files] : images->frames) names.push_back(name);
-  const absl::StatusOr<FrameRange> range = FindFrameRange(frames, names, folder);
-  if (!range.ok()) return range.status();
-  DecodeInputs found{{}, images->notes};
-  for (size_t index = range->first; index < range->end; ++index) {
-    for (const auto& [camera, path] : images->frames.at(names[index])) {
-      found.views.push_back({ViewName(names[index], camera, *range), path,
+  for (const auto& [name, files] : images.frames) names.push_back(name);
+  WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(frames, names, folder));
+  DecodeInputs found{{}, images.notes};
+  for (size_t index = range.first; index < range.end; ++index) {
+    for (const auto& [camera, path] : images.frames.at(names[index])) {
+      found.views.push_back({ViewName(names[index], camera, range), path,
                              [path = path, mosaic] { return ReadImageFile(path, mosaic); }, FileBytes(path)});
     }
   }
@@ -107,16 +104,14 @@ absl::StatusOr<DecodeInputs> FindDecodeInputs(const std::vector<std::string>& im
   if (images.size() == 1 && fs::is_directory(images[0], error))
     return ViewsOfDump(images[0], frames, *mosaic);
   if (!frames.empty()) return absl::InvalidArgumentError("--frames is for one take or one folder of images");
-  const auto names = ImageNames(images);
-  if (!names.ok()) return names.status();
+  WEFT_ASSIGN_OR_RETURN(const auto names, ImageNames(images));
   DecodeInputs found;
   std::map<std::string, std::string> pictures;
-  for (size_t i = 0; i < names->size(); ++i) {
+  for (size_t i = 0; i < names.size(); ++i) {
     const std::string& path = images[i];
-    found.views.push_back({(*names)[i], path,
-                           [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); },
-                           FileBytes(path)});
-    pictures[(*names)[i]] = path;
+    found.views.push_back(
+        {names[i], path, [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); }, FileBytes(path)});
+    pictures[names[i]] = path;
   }
   found.notes = OrientationNotes(pictures);
   return found;

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -222,16 +223,15 @@ cv::Mat WithLegend(const cv::Mat& picture, const std::vector<LegendEntry>& legen
 }  // namespace
 
 absl::StatusOr<Frame> DrawDecoding(const Frame& frame, const DecodeResult& result) {
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  const cv::Mat image(rgb->height_px, rgb->width_px, CV_8UC3, const_cast<uint8_t*>(rgb->pixels->data()));
+  WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(frame));
+  const cv::Mat image(rgb.height_px, rgb.width_px, CV_8UC3, const_cast<uint8_t*>(rgb.pixels->data()));
   const double pitch_px = MedianPitchPx(result.observations);
-  const int scale = ScaleFor(*rgb, pitch_px);
+  const int scale = ScaleFor(rgb, pitch_px);
   cv::Mat picture;
   cv::resize(image, picture, {}, scale, scale, cv::INTER_LINEAR);
   std::vector<LegendEntry> legend;
   DrawNodes(result, scale, pitch_px, picture, legend);
-  DrawLoose(*rgb, result, scale, pitch_px, picture, legend);
+  DrawLoose(rgb, result, scale, pitch_px, picture, legend);
   DrawMissing(result, scale, pitch_px, picture, legend);
   DrawRejected(result.patches, scale, picture, legend);
   picture = WithLegend(picture, legend);

@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -107,9 +108,8 @@ absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
 
 absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
   AvatarScoring scoring = options.scoring;
-  const absl::StatusOr<FrameRange> frames = ParseScoredFrames(options.frames);
-  if (!frames.ok()) return frames.status();
-  scoring.frames = *frames;
+  WEFT_ASSIGN_OR_RETURN(const FrameRange frames, ParseScoredFrames(options.frames));
+  scoring.frames = frames;
   const StopOnSignal signals;  // before the first thread
   absl::StatusOr<v1::AvatarEvaluation> evaluation;
   {
@@ -125,7 +125,7 @@ absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
     if (!status.ok()) return status;
   }
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(*evaluation); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(*evaluation));
   } else {
     std::fputs(AvatarEvaluationText(*evaluation).c_str(), stdout);
   }

@@ -2,14 +2,14 @@
 
 #include <cstdio>
 
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 
 namespace weft {
 
 absl::Status PrintJsonMessage(const google::protobuf::Message& message) {
-  const absl::StatusOr<std::string> json = ToJson(message);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(message));
+  std::fputs(json.c_str(), stdout);
   return absl::OkStatus();
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_verdict.h"
@@ -36,8 +37,8 @@ class LocalJob {
   // Written before the first frame: a folder that cannot be written to is found now, not after an hour.
   absl::Status Begin() {
     life_.Start();
-    if (absl::Status status = folder_.Take(kPatience); !status.ok()) return status;
-    if (absl::Status status = folder_.WriteJob(life_.Describe()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(folder_.Take(kPatience));
+    WEFT_RETURN_IF_ERROR(folder_.WriteJob(life_.Describe()));
     folder_.Clean(life_.frames().infos());
     return absl::OkStatus();
   }
@@ -47,16 +48,15 @@ class LocalJob {
   absl::Status RegisterAll(const RegistrationLimits& limits, const std::stop_token& stop) {
     std::vector<size_t> frames = positions_;
     for (;;) {
-      if (absl::Status status = folder_.Take(kPatience); !status.ok()) return status;
-      const absl::Status status = RegisterFrames(inputs_, positions_, frames, life_.job().spec().options(),
-                                                 out_, limits, Events(), stop);
-      if (!status.ok()) return status;
-      const auto incomplete = folder_.Check(life_.job(), life_.frames().infos(), FindIncompleteFrames);
-      if (!incomplete.ok()) return incomplete.status();
-      if (incomplete->empty()) return absl::OkStatus();
-      if (absl::Status again = life_.DoAgain(*incomplete); !again.ok()) return again;
+      WEFT_RETURN_IF_ERROR(folder_.Take(kPatience));
+      WEFT_RETURN_IF_ERROR(RegisterFrames(inputs_, positions_, frames, life_.job().spec().options(), out_,
+                                          limits, Events(), stop));
+      WEFT_ASSIGN_OR_RETURN(const auto incomplete,
+                            folder_.Check(life_.job(), life_.frames().infos(), FindIncompleteFrames));
+      if (incomplete.empty()) return absl::OkStatus();
+      WEFT_RETURN_IF_ERROR(life_.DoAgain(incomplete));
       frames.clear();
-      for (const IncompleteFrame& frame : *incomplete) {
+      for (const IncompleteFrame& frame : incomplete) {
         frames.push_back(positions_[frame.position]);
         Tell(frame.position);
       }
@@ -140,21 +140,17 @@ class LocalJob {
 absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, const RegistrationLimits& limits,
                                         const std::function<void(const v1::JobUpdate&)>& update,
                                         std::stop_token stop) {
-  absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(asked.options());
-  if (!options.ok()) return options.status();
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions options, EffectiveOptions(asked.options()));
   v1::RegistrationSpec spec = asked;
-  *spec.mutable_options() = *std::move(options);
-  const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
-  if (!inputs.ok()) return inputs.status();
-  absl::StatusOr<std::vector<size_t>> frames = FramesInRange(spec, (*inputs)->dump->frame_names());
-  if (!frames.ok()) return frames.status();
-  if (absl::Status status = AddExtraWarnings(spec, *frames, **inputs); !status.ok()) return status;
-  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
-  const absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
-  if (!out.ok()) return out.status();
+  *spec.mutable_options() = std::move(options);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationInputs> inputs, LoadInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(std::vector<size_t> frames, FramesInRange(spec, inputs->dump->frame_names()));
+  WEFT_RETURN_IF_ERROR(AddExtraWarnings(spec, frames, *inputs));
+  WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const std::string out, MakeOutputFolder(spec.out()));
   // Others read job.json from other folders.
-  LocalJob job(WithAbsolutePaths(spec), **inputs, *std::move(frames), *out, update);
-  if (absl::Status status = job.Begin(); !status.ok()) return status;
+  LocalJob job(WithAbsolutePaths(spec), *inputs, std::move(frames), out, update);
+  WEFT_RETURN_IF_ERROR(job.Begin());
   return job.End(job.RegisterAll(limits, stop));
 }
 

@@ -13,6 +13,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/program_beside.h"
@@ -56,25 +57,23 @@ absl::Status RunNetTrainer(const NetTask& task,
                            const std::function<void(const v1::NetTrainingProgress& now)>& on_progress,
                            const std::stop_token& stop) {
   constexpr int kLook_ms = 100;
-  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(ProgramBeside(kTrainer), ArgumentsOf(task));
-  if (!child.ok()) return child.status();
+  WEFT_ASSIGN_OR_RETURN(ChildProcess child, ChildProcess::Spawn(ProgramBeside(kTrainer), ArgumentsOf(task)));
   LineSplitter lines;
   std::string errors;
   bool is_told = false;
   for (bool has_ended = false; !has_ended;) {
-    pollfd files[] = {
-        {child->exit_fd(), POLLIN, 0}, {child->out_fd(), POLLIN, 0}, {child->err_fd(), POLLIN, 0}};
+    pollfd files[] = {{child.exit_fd(), POLLIN, 0}, {child.out_fd(), POLLIN, 0}, {child.err_fd(), POLLIN, 0}};
     poll(files, std::size(files), kLook_ms);
     has_ended = (files[0].revents & POLLIN) != 0;  // so that all it printed is read below
-    for (const std::string& line : lines.Add(child->ReadOut())) {
+    for (const std::string& line : lines.Add(child.ReadOut())) {
       v1::NetTrainingProgress now;
       if (ParseJson(line, kTrainer, now).ok()) on_progress(now);
     }
-    errors += child->ReadErr();
+    errors += child.ReadErr();
     if (errors.size() > kShownBytes) errors.erase(0, errors.size() - kShownBytes);
-    if (stop.stop_requested() && !std::exchange(is_told, true)) child->Signal(SIGTERM);
+    if (stop.stop_requested() && !std::exchange(is_told, true)) child.Signal(SIGTERM);
   }
-  const int status = child->Reap();
+  const int status = child.Reap();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return absl::OkStatus();
   if (is_told)
     return absl::CancelledError("the training of the net was stopped; the same command goes on with it");

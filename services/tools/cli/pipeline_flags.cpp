@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/status_macros.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
 
@@ -25,10 +26,10 @@ absl::StatusOr<v1::PipelineOptions> ChangesOf(const PipelineFlags& flags,
                                               const std::vector<std::string>& stages) {
   v1::PipelineOptions changes;
   for (const std::string& file : flags.configs) {
-    if (absl::Status status = AddOptionFile(file, changes); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddOptionFile(file, changes));
   }
   for (const std::string& setting : flags.settings) {
-    if (absl::Status status = AddSetting(setting, stages, changes); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddSetting(setting, stages, changes));
   }
   changes.MergeFrom(flags.named);
   return changes;
@@ -36,13 +37,10 @@ absl::StatusOr<v1::PipelineOptions> ChangesOf(const PipelineFlags& flags,
 
 absl::StatusOr<CommandPipeline> MakeCommandPipeline(const std::string& preset, const PipelineFlags& flags,
                                                     const std::vector<std::string>& stages) {
-  const absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(flags, stages);
-  if (!changes.ok()) return changes.status();
-  const absl::StatusOr<v1::PipelineOptions> effective = EffectiveOptions(preset, *changes);
-  if (!effective.ok()) return effective.status();
-  absl::StatusOr<PipelineOptions> options = ReadOptions(*effective);
-  if (!options.ok()) return options.status();
-  return CommandPipeline{*std::move(options), OfStages(*effective, stages)};
+  WEFT_ASSIGN_OR_RETURN(const v1::PipelineOptions changes, ChangesOf(flags, stages));
+  WEFT_ASSIGN_OR_RETURN(const v1::PipelineOptions effective, EffectiveOptions(preset, changes));
+  WEFT_ASSIGN_OR_RETURN(PipelineOptions options, ReadOptions(effective));
+  return CommandPipeline{std::move(options), OfStages(effective, stages)};
 }
 
 }  // namespace weft

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/ground/process/exit_status.h"
@@ -48,16 +49,14 @@ absl::StatusOr<std::unique_ptr<LivePreview>> StartPreview(const PreviewCommandOp
   preview.interval_s = options.interval_s;
   preview.decoded_views = options.decoded_views;
   if (!options.board.empty()) {
-    absl::StatusOr<Board> board = ReadBoard(options.board);
-    if (!board.ok()) return board.status();
-    preview.board = *std::move(board);
+    WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(options.board));
+    preview.board = std::move(board);
   }
   if (!options.garment.empty()) {
     std::vector<std::string> notes;
-    absl::StatusOr<Template> garment = ReadTemplateFor(*preview.board, options.garment, &notes);
-    if (!garment.ok()) return garment.status();
+    WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplateFor(*preview.board, options.garment, &notes));
     for (const std::string& note : notes) PrintWarning(note);
-    preview.garment = *std::move(garment);
+    preview.garment = std::move(garment);
   }
   return LivePreview::Start(preview);
 }

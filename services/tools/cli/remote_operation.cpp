@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/exit_status.h"
@@ -86,7 +87,7 @@ absl::StatusOr<RemoteRun> RunOf(const CLI::App& command, const OperationKind& ki
   run.spec.set_command(kind.command);
   for (const CLI::Option* option : command.get_options()) {
     if (option->count() == 0) continue;
-    if (absl::Status status = AddOption(kind, *option, run); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(AddOption(kind, *option, run));
   }
   if (kind.out == OperationOut::kNamed) {
     const std::string name = fs::path(run.out).lexically_normal().filename().string();
@@ -125,15 +126,14 @@ absl::StatusOr<v1::Operation> Follow(OperationClient& client, const std::string&
   };
   absl::StatusOr<v1::Operation> operation = client.Watch(id, show, stop);
   if (!stop.stop_requested()) return operation;
-  if (const auto cancelled = client.Cancel(id); !cancelled.ok()) return cancelled.status();
+  WEFT_RETURN_IF_ERROR(client.Cancel(id).status());
   return client.Watch(id, nullptr);
 }
 
 absl::Status RunAtDaemon(const RemoteRun& run) {
   const StopOnSignal signals;
-  const auto connection = RegistrationClient::Connect(run.server);
-  if (!connection.ok()) return connection.status();
-  OperationClient client(**connection);
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(run.server));
+  OperationClient client(*connection);
   v1::StartOperationRequest request;
   *request.mutable_spec() = run.spec;
   request.set_idempotency_key(NewTimedId());
@@ -151,8 +151,7 @@ absl::Status RunAtDaemon(const RemoteRun& run) {
       fetching->Set(done, total);
     };
     const std::string folder = fs::absolute(run.out).lexically_normal().parent_path().string();
-    if (absl::Status status = client.FetchFiles(operation->id(), folder, fetched); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(client.FetchFiles(operation->id(), folder, fetched));
   }
   std::fputs(operation->output().c_str(), stdout);
   if (!operation->take_id().empty() && !run.spec.json())
@@ -178,10 +177,9 @@ void RunHereOrAtDaemon(CLI::App& command, CommandLine& line, std::function<absl:
     line.run = [&command, &line, server]() -> absl::Status {
       const OperationKind* kind = FindOperationKind(CommandWords(command));
       if (kind == nullptr) return absl::UnimplementedError("daemons do not run this command");
-      absl::StatusOr<RemoteRun> run = RunOf(command, *kind, *server);
-      if (!run.ok()) return run.status();
-      run->quiet = line.quiet;
-      return RunAtDaemon(*run);
+      WEFT_ASSIGN_OR_RETURN(RemoteRun run, RunOf(command, *kind, *server));
+      run.quiet = line.quiet;
+      return RunAtDaemon(run);
     };
   });
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/tools/cli/absolute_paths.h"
@@ -23,10 +24,9 @@ namespace fs = std::filesystem;
 class Probe {
  public:
   static absl::StatusOr<Probe> Create(const std::string& folder) {
-    if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(folder));
     Probe probe(fs::path(folder) / absl::StrCat(".weft-probe-", getpid(), "-", HostTime_ns()));
-    if (absl::Status status = WriteFileAtomically(probe.path_.string(), "weft\n"); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(probe.path_.string(), "weft\n"));
     return probe;
   }
   Probe(Probe&& other) noexcept : path_(std::move(other.path_)) { other.path_.clear(); }
@@ -45,12 +45,11 @@ class Probe {
 };
 
 absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec, int priority) {
-  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
-  const absl::StatusOr<Probe> probe = Probe::Create(spec.out());
-  if (!probe.ok()) return probe.status();
+  WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const Probe probe, Probe::Create(spec.out()));
   v1::SubmitJobRequest request;
   *request.mutable_spec() = spec;
-  request.set_out_probe(probe->name());
+  request.set_out_probe(probe.name());
   request.set_idempotency_key(NewTimedId());
   request.set_priority(priority);
   return client.Submit(request);
@@ -60,9 +59,8 @@ absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::Registratio
 
 absl::StatusOr<v1::Job> SubmitRemotely(const std::string& server, const v1::RegistrationSpec& spec,
                                        int priority) {
-  const auto client = RegistrationClient::Connect(server);
-  if (!client.ok()) return client.status();
-  return Submit(**client, WithAbsolutePaths(spec), priority);
+  WEFT_ASSIGN_OR_RETURN(const auto client, RegistrationClient::Connect(server));
+  return Submit(*client, WithAbsolutePaths(spec), priority);
 }
 
 absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::RegistrationSpec& spec,
@@ -70,17 +68,16 @@ absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::Re
                                          const std::function<void(const v1::JobUpdate&)>& update,
                                          const std::function<void(size_t done, size_t total)>& fetched,
                                          std::stop_token stop) {
-  const auto client = RegistrationClient::Connect(server);
-  if (!client.ok()) return client.status();
+  WEFT_ASSIGN_OR_RETURN(const auto client, RegistrationClient::Connect(server));
   const v1::RegistrationSpec absolute = WithAbsolutePaths(spec);
-  absl::StatusOr<v1::Job> job = Submit(**client, absolute, priority);
+  absl::StatusOr<v1::Job> job = Submit(*client, absolute, priority);
   if (!job.ok()) return job.status();
   const std::string id = job->id();
 
-  job = (*client)->Watch(id, update, stop);
+  job = client->Watch(id, update, stop);
   if (stop.stop_requested()) {
-    if (absl::StatusOr<v1::Job> cancelled = (*client)->Cancel(id); !cancelled.ok()) return cancelled.status();
-    job = (*client)->Watch(id, update);
+    if (absl::StatusOr<v1::Job> cancelled = client->Cancel(id); !cancelled.ok()) return cancelled.status();
+    job = client->Watch(id, update);
   }
   if (!job.ok()) {
     return absl::Status(job.status().code(),
@@ -88,8 +85,7 @@ absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::Re
                                      ", see it with `weft job watch ", id, " --server ", server, "`"));
   }
   if (AbsolutePath(job->spec().out()) != absolute.out()) {
-    const absl::Status status = FetchResults(**client, *job, absolute.out(), fetched, std::move(stop));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(FetchResults(*client, *job, absolute.out(), fetched, std::move(stop)));
   }
   return job;
 }

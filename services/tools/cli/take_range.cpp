@@ -5,6 +5,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/tools/cli/input_options.h"
 
 namespace weft {
@@ -46,7 +47,7 @@ void AddTakeRangeOptions(CLI::App& command, TakeRange& range) {
 
 absl::StatusOr<TakeViewOptions> ParseTakeRange(const TakeRange& range) {
   TakeViewOptions view;
-  if (absl::Status status = ParseSets(range.sets, view); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseSets(range.sets, view));
   for (const std::string& text : range.shifts) {
     const std::vector<std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
     double shift_ms = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/atomic_file.h"
@@ -50,20 +51,16 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": is a folder, and a dump needs its cameras: give --rig rig.json"));
   }
-  const absl::StatusOr<Rig> rig = ReadRig(files.rig);
-  if (!rig.ok()) return rig.status();
-  const absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(files.rig);
-  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
-  const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig, files.mosaic);
-  if (!dump.ok()) return dump.status();
-  for (const std::string& warning : (*dump)->warnings()) PrintWarning(warning);
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(files.rig));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<double> camera_sigma_px, ReadCameraSigmas(files.rig));
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<FrameSource> dump, OpenDump(folder, rig, files.mosaic));
+  for (const std::string& warning : dump->warnings()) PrintWarning(warning);
   const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok()) {
     return absl::Status(index.status().code(), absl::StrCat(files.board, ": ", index.status().message()));
   }
-  const absl::StatusOr<FrameRange> range = FindFrameRange(files.frames, (*dump)->frame_names(), folder);
-  if (!range.ok()) return range.status();
-  const std::vector<size_t> frames = SpreadOver(*range, static_cast<size_t>(files.samples));
+  WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(files.frames, dump->frame_names(), folder));
+  const std::vector<size_t> frames = SpreadOver(range, static_cast<size_t>(files.samples));
   constexpr uint64_t kSteps = 1000;  // of each frame
   Progress progress("decode", kSteps * frames.size(), ProgressVisible(quiet), ProgressUnit::kPercent);
   absl::Status last = absl::OkStatus();
@@ -73,17 +70,17 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
       progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
     };
     absl::StatusOr<Cloud> cloud =
-        FrameCloud(*rig, *camera_sigma_px, *index, **dump, frames[i], options, advance, stop);
+        FrameCloud(rig, camera_sigma_px, *index, *dump, frames[i], options, advance, stop);
     if (absl::IsCancelled(cloud.status())) return cloud.status();
-    const std::string& name = (*dump)->frame_names()[frames[i]];
+    const std::string& name = dump->frame_names()[frames[i]];
     last = cloud.status();
     if (!cloud.ok()) {
       progress.PrintLine(absl::StrCat("frame ", name, " is left out: ", cloud.status().message()));
       continue;
     }
-    if (absl::Status status = CreateFolders(files.clouds_out); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(files.clouds_out));
     const std::string path = (std::filesystem::path(files.clouds_out) / (name + ".ply")).string();
-    if (absl::Status status = WriteCloud(path, *cloud); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteCloud(path, *cloud));
     sources.clouds.push_back(*std::move(cloud));
     sources.cloud_names.push_back(path);
     ++found;
@@ -100,22 +97,19 @@ absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& f
                                                     const std::stop_token& stop) {
   TemplateSources sources;
   if (!files.panels.empty()) {
-    absl::StatusOr<std::vector<uint8_t>> labels = ReadPanelMask(files.panels, board.rows, board.cols);
-    if (!labels.ok()) return labels.status();
-    sources.panel_labels = *std::move(labels);
+    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> labels, ReadPanelMask(files.panels, board.rows, board.cols));
+    sources.panel_labels = std::move(labels);
   } else {
     sources.panel_labels = board.panels;
   }
   for (const std::string& path : files.sources) {
     std::error_code error;
     if (std::filesystem::is_directory(path, error)) {
-      if (absl::Status status = AddDump(path, files, board, options, quiet, stop, sources); !status.ok())
-        return status;
+      WEFT_RETURN_IF_ERROR(AddDump(path, files, board, options, quiet, stop, sources));
       continue;
     }
-    absl::StatusOr<Cloud> cloud = ReadCloud(path);
-    if (!cloud.ok()) return cloud.status();
-    sources.clouds.push_back(*std::move(cloud));
+    WEFT_ASSIGN_OR_RETURN(Cloud cloud, ReadCloud(path));
+    sources.clouds.push_back(std::move(cloud));
     sources.cloud_names.push_back(path);
   }
   return sources;

@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/mesh_topology.h"
+#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/results/report/html_text.h"
 
@@ -88,9 +89,8 @@ std::string OpeningsText(const v1::TemplateSummary& summary) {
 
 absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, const GarmentParts& parts) {
   const int vertices = static_cast<int>(garment.rest.vertices_mm.size());
-  const absl::StatusOr<MeshTopology> topology = CheckTopology(vertices, garment.rest.faces);
-  if (!topology.ok()) return topology.status();
-  if (absl::Status status = CheckPartsInMesh(garment, parts, *topology); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const MeshTopology topology, CheckTopology(vertices, garment.rest.faces));
+  WEFT_RETURN_IF_ERROR(CheckPartsInMesh(garment, parts, topology));
   v1::TemplateSummary summary;
   summary.set_id(garment.id);
   summary.set_hash(garment.ContentHash());
@@ -103,10 +103,10 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
   summary.set_vertices_with_cell(count(&VertexNode::IsCell));
   summary.set_vertices_with_corner(count(&VertexNode::IsCorner));
   summary.set_faces(static_cast<int>(garment.rest.faces.size()));
-  summary.set_components(topology->components);
-  summary.set_euler(topology->euler);
-  summary.set_handles(topology->genus);
-  for (const std::vector<int>& loop : topology->loops) {
+  summary.set_components(topology.components);
+  summary.set_euler(topology.euler);
+  summary.set_handles(topology.genus);
+  for (const std::vector<int>& loop : topology.loops) {
     summary.add_openings_mm(LoopLengthMm(loop, garment.rest.vertices_mm));
   }
   std::sort(summary.mutable_openings_mm()->begin(), summary.mutable_openings_mm()->end(), std::greater<>());

@@ -5,6 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/rpc/operation_kinds.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/progress.h"
@@ -64,9 +65,8 @@ absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1:
     return absl::InvalidArgumentError(
         "--upload sends the inputs to a daemon, so it needs --server HOST:PORT");
   }
-  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
-  const auto connection = RegistrationClient::Connect(server);
-  if (!connection.ok()) return connection.status();
+  WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(server));
   const struct {
     v1::ItemKind kind;
     std::string* path;
@@ -78,9 +78,8 @@ absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1:
       {v1::ITEM_KIND_DUMP, spec.mutable_dump()}};
   for (const auto& [kind, path] : inputs) {
     if (path == nullptr || IsOfDaemon(*path)) continue;
-    const absl::StatusOr<v1::LibraryItem> item = UploadInput(**connection, {kind, *path, ""}, quiet);
-    if (!item.ok()) return item.status();
-    *path = absl::StrCat(kLibraryPrefix, "sha256:", item->id());
+    WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item, UploadInput(*connection, {kind, *path, ""}, quiet));
+    *path = absl::StrCat(kLibraryPrefix, "sha256:", item.id());
   }
   return spec;
 }

@@ -12,6 +12,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/loopback.h"
+#include "base/status_macros.h"
 #include "services/formats/files/text_file.h"
 #include "services/server/rpc/message_limit.h"
 
@@ -83,9 +84,8 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> TlsOf(const ClientIden
       {"WEFT_TLS_CERT", {&identity.certificate, &options.pem_cert_chain}},
       {"WEFT_TLS_KEY", {&identity.key, &options.pem_private_key}}};
   for (const auto& [variable, file] : files) {
-    absl::StatusOr<std::string> text = ReadNamed(variable, *file.first);
-    if (!text.ok()) return text.status();
-    *file.second = *std::move(text);
+    WEFT_ASSIGN_OR_RETURN(std::string text, ReadNamed(variable, *file.first));
+    *file.second = std::move(text);
   }
   return grpc::SslCredentials(options);
 }
@@ -122,18 +122,15 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& se
                                                            const ClientIdentity& identity) {
   std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
   if (!absl::StartsWith(server, kUnixPrefix)) {
-    const absl::StatusOr<std::string> host = HostOfServer(server);
-    if (!host.ok()) return host.status();
-    if (UsesTls(*host, identity)) {
-      auto tls = TlsOf(identity);
-      if (!tls.ok()) return tls.status();
-      credentials = *std::move(tls);
+    WEFT_ASSIGN_OR_RETURN(const std::string host, HostOfServer(server));
+    if (UsesTls(host, identity)) {
+      WEFT_ASSIGN_OR_RETURN(auto tls, TlsOf(identity));
+      credentials = std::move(tls);
     }
   }
-  const absl::StatusOr<std::string> token = ReadNamed("WEFT_TOKEN_FILE", identity.token_file);
-  if (!token.ok()) return token.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string token, ReadNamed("WEFT_TOKEN_FILE", identity.token_file));
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
-  const std::string text(absl::StripAsciiWhitespace(*token));
+  const std::string text(absl::StripAsciiWhitespace(token));
   if (text.empty() && !identity.token_file.empty())
     return absl::InvalidArgumentError(absl::StrCat("WEFT_TOKEN_FILE: ", identity.token_file,
                                                    " is empty; put a token of `weft access token` there"));

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "absl/status/statusor.h"
+#include "base/status_macros.h"
 #include "services/tools/client/registration_client.h"
 
 namespace weft {
@@ -71,14 +72,14 @@ absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Reques
   Answer all;
   while (true) {
     request.set_limit(most == 0 ? 0 : most - count(all));
-    const absl::StatusOr<Answer> page = CallDaemon<Answer>(
-        connection,
-        [&](grpc::ClientContext* context, Answer* answer) { return call(context, request, answer); });
-    if (!page.ok()) return page.status();
-    all.MergeFrom(*page);
-    all.set_next_page_token(page->next_page_token());
-    if (page->next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
-    request.set_page_token(page->next_page_token());
+    WEFT_ASSIGN_OR_RETURN(const Answer page,
+                          CallDaemon<Answer>(connection, [&](grpc::ClientContext* context, Answer* answer) {
+                            return call(context, request, answer);
+                          }));
+    all.MergeFrom(page);
+    all.set_next_page_token(page.next_page_token());
+    if (page.next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
+    request.set_page_token(page.next_page_token());
   }
 }
 

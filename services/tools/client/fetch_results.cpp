@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/confined_folder.h"
 #include "services/formats/files/frame_paths.h"
@@ -34,7 +35,7 @@ absl::Status FetchIfThere(RegistrationClient& client, const std::string& job_id,
 
 // Made where it is missing. What it is reached by may hold links, what it holds may not.
 absl::StatusOr<ConfinedFolder> OpenOut(const std::string& out) {
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(out));
   std::error_code error;
   const std::string canonical = std::filesystem::canonical(out, error).string();
   if (error) return absl::NotFoundError(absl::StrCat(out, ": no such folder (", error.message(), ")"));
@@ -46,30 +47,26 @@ absl::StatusOr<ConfinedFolder> OpenOut(const std::string& out) {
 absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const std::string& out,
                           const std::function<void(size_t done, size_t total)>& progress,
                           std::stop_token stop) {
-  const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(job.id());
-  if (!frames.ok()) return frames.status();
-  const absl::StatusOr<ConfinedFolder> base = OpenOut(out);
-  if (!base.ok()) return base.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameInfo> frames, client.Frames(job.id()));
+  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder base, OpenOut(out));
   size_t done = 0;
-  for (const v1::FrameInfo& frame : *frames) {
+  for (const v1::FrameInfo& frame : frames) {
     if (stop.stop_requested()) return absl::CancelledError("stopped while the results were fetched");
     if (HasFiles(frame)) {
-      if (absl::Status status = CheckFrameName(frame.frame()); !status.ok()) return status;
-      const auto folder = base->Child(frame.frame(), ConfinedFolder::IfMissing::kMake);
-      if (!folder.ok()) return folder.status();
+      WEFT_RETURN_IF_ERROR(CheckFrameName(frame.frame()));
+      WEFT_ASSIGN_OR_RETURN(const auto folder, base.Child(frame.frame(), ConfinedFolder::IfMissing::kMake));
       std::vector<v1::ResultKind> kinds = {v1::RESULT_KIND_OBSERVATIONS, v1::RESULT_KIND_CLOUD};
       // Only where it was asked for: earlier daemons refuse this kind.
       if (job.spec().options().cloud_format() == "pcd") kinds.push_back(v1::RESULT_KIND_CLOUD_PCD);
       kinds.insert(kinds.end(), {v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT});
       for (const v1::ResultKind kind : kinds) {
-        if (absl::Status status = FetchIfThere(client, job.id(), frame.frame(), kind, *folder); !status.ok())
-          return status;
+        WEFT_RETURN_IF_ERROR(FetchIfThere(client, job.id(), frame.frame(), kind, folder));
       }
     }
-    if (progress) progress(++done, frames->size());
+    if (progress) progress(++done, frames.size());
   }
   for (const v1::ResultKind kind : {v1::RESULT_KIND_JOB_REPORT, v1::RESULT_KIND_JOB}) {
-    if (absl::Status status = FetchIfThere(client, job.id(), "", kind, *base); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(FetchIfThere(client, job.id(), "", kind, base));
   }
   return absl::OkStatus();
 }

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/rpc/retry_after.h"
@@ -141,7 +142,7 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::UploadOnce(const v1::BeginUploadR
   attempt->total = static_cast<uint64_t>(BytesOf(request.manifest()));
   if (attempt->progress) attempt->progress(attempt->done, attempt->total);
   if (attempt->received < attempt->total) {
-    if (absl::Status status = SendFiles(*begun, files, attempt); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(SendFiles(*begun, files, attempt));
   }
   v1::FinishUploadRequest finish;
   finish.set_upload_id(begun->upload_id());
@@ -214,9 +215,8 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::Get(v1::ItemKind kind, const std:
 absl::Status LibraryClient::FetchOne(const v1::FetchFileRequest& wanted, const v1::ItemFile& file,
                                      const std::string& path) {
   const std::string partial = path + ".partial";
-  absl::StatusOr<PosixFile> written =
-      PosixFile::Open(partial, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW);
-  if (!written.ok()) return written.status();
+  WEFT_ASSIGN_OR_RETURN(PosixFile written,
+                        PosixFile::Open(partial, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW));
   v1::FetchFileRequest request = wanted;
   absl::Status status;
   for (int tries = 1;; ++tries) {
@@ -226,8 +226,7 @@ absl::Status LibraryClient::FetchOne(const v1::FetchFileRequest& wanted, const v
     absl::Status disk;
     for (v1::FileChunk chunk; disk.ok() && stream->Read(&chunk);) {
       if (chunk.offset() != request.offset()) continue;
-      disk =
-          written->WriteAt(chunk.data().data(), chunk.data().size(), static_cast<uint64_t>(chunk.offset()));
+      disk = written.WriteAt(chunk.data().data(), chunk.data().size(), static_cast<uint64_t>(chunk.offset()));
       request.set_offset(chunk.offset() + static_cast<int64_t>(chunk.data().size()));
       request.set_version(chunk.version());
       if (request.offset() > file.bytes()) disk = absl::DataLossError(absl::StrCat(path, ": is too long"));
@@ -241,7 +240,7 @@ absl::Status LibraryClient::FetchOne(const v1::FetchFileRequest& wanted, const v
     if (tries >= kMaxTries) break;
     PauseBeforeTry(tries);
   }
-  if (status.ok()) status = written->SyncData();
+  if (status.ok()) status = written.SyncData();
   if (status.ok() && !HasHash(partial, file.sha256())) {
     status = absl::DataLossError(absl::StrCat(path, ": other bytes arrived than the item has; get it again"));
   }
@@ -254,8 +253,8 @@ absl::Status LibraryClient::FetchOne(const v1::FetchFileRequest& wanted, const v
 
 absl::Status LibraryClient::Fetch(const v1::LibraryItem& item, const std::string& folder,
                                   const ProgressFunction& progress) {
-  if (absl::Status status = CheckManifest(item.manifest()); !status.ok()) return status;
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckManifest(item.manifest()));
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   std::error_code error;
   const std::string root = std::filesystem::canonical(folder, error).string();
   if (error) return absl::NotFoundError(absl::StrCat(folder, ": no such folder (", error.message(), ")"));
@@ -264,14 +263,13 @@ absl::Status LibraryClient::Fetch(const v1::LibraryItem& item, const std::string
   request.set_item(absl::StrCat("sha256:", item.id()));
   uint64_t done = 0;
   for (const v1::ItemFile& file : item.manifest().files()) {
-    const auto place = FindPlace(root, file.path(), ConfinedFolder::IfMissing::kMake);
-    if (!place.ok()) return place.status();
-    const std::string path = place->folder.At(place->name);
+    WEFT_ASSIGN_OR_RETURN(const auto place, FindPlace(root, file.path(), ConfinedFolder::IfMissing::kMake));
+    const std::string path = place.folder.At(place.name);
     request.set_path(file.path());
     absl::Status status;
     if (!HasHash(path, file.sha256())) status = FetchOne(request, file, path);
-    if (status.ok()) status = place->folder.Sync();
-    if (!status.ok()) return place->folder.InWords(status);
+    if (status.ok()) status = place.folder.Sync();
+    if (!status.ok()) return place.folder.InWords(status);
     done += static_cast<uint64_t>(file.bytes());
     if (progress) progress(done, static_cast<uint64_t>(BytesOf(item.manifest())));
   }

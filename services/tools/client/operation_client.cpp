@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/tools/client/daemon_call.h"
 #include "services/tools/client/file_transfer.h"
@@ -82,22 +83,23 @@ absl::Status OperationClient::FetchFiles(const std::string& id, const std::strin
                                          const std::function<void(size_t done, size_t total)>& progress) {
   v1::ListOperationFilesRequest of_operation;
   of_operation.set_operation_id(id);
-  const auto list = CallForPages<v1::ListOperationFilesResponse>(
-      connection_, of_operation, 0,
-      [&](grpc::ClientContext* context, const v1::ListOperationFilesRequest& request,
-          v1::ListOperationFilesResponse* response) {
-        return stub_->ListOperationFiles(context, request, response);
-      },
-      [](const v1::ListOperationFilesResponse& response) { return response.files_size(); });
-  if (!list.ok()) return list.status();
+  WEFT_ASSIGN_OR_RETURN(
+      const auto list,
+      CallForPages<v1::ListOperationFilesResponse>(
+          connection_, of_operation, 0,
+          [&](grpc::ClientContext* context, const v1::ListOperationFilesRequest& request,
+              v1::ListOperationFilesResponse* response) {
+            return stub_->ListOperationFiles(context, request, response);
+          },
+          [](const v1::ListOperationFilesResponse& response) { return response.files_size(); }));
   size_t done = 0;
-  for (const v1::OperationFile& file : list->files()) {
+  for (const v1::OperationFile& file : list.files()) {
     if (!StaysBelow(file.path())) {
       return absl::DataLossError(
           absl::StrCat("the daemon names a file outside of its folder: ", file.path()));
     }
     const fs::path path = fs::path(folder) / file.path();
-    if (absl::Status status = CreateFolders(path.parent_path()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(path.parent_path()));
     v1::FetchOperationFileRequest request;
     request.set_operation_id(id);
     request.set_path(file.path());
@@ -106,8 +108,8 @@ absl::Status OperationClient::FetchFiles(const std::string& id, const std::strin
       request.set_version(version);
       return stub_->FetchOperationFile(context, request);
     };
-    if (absl::Status status = ReceiveFile(connection_, open, path); !status.ok()) return status;
-    progress(++done, static_cast<size_t>(list->files_size()));
+    WEFT_RETURN_IF_ERROR(ReceiveFile(connection_, open, path));
+    progress(++done, static_cast<size_t>(list.files_size()));
   }
   return absl::OkStatus();
 }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/server/rpc/grpc_status.h"
 #include "services/server/rpc/retry_after.h"
@@ -17,9 +18,8 @@ namespace weft {
 
 absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
     const std::string& server, std::chrono::milliseconds patience) {
-  const auto opened = OpenChannel(server, ClientIdentity::FromEnvironment());
-  if (!opened.ok()) return opened.status();
-  const std::shared_ptr<grpc::Channel>& channel = *opened;
+  WEFT_ASSIGN_OR_RETURN(const auto opened, OpenChannel(server, ClientIdentity::FromEnvironment()));
+  const std::shared_ptr<grpc::Channel>& channel = opened;
   std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
   const grpc::Status status = CallWhenAdmitted([&] {
     grpc::ClientContext context;
@@ -79,27 +79,27 @@ absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
 
 absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
   constexpr int kUsual = 100;  // as the daemon's
-  const auto response = CallForPages<v1::ListJobsResponse>(
-      *this, v1::ListJobsRequest(), limit == 0 ? kUsual : limit,
-      [&](grpc::ClientContext* context, const v1::ListJobsRequest& request, v1::ListJobsResponse* answer) {
-        return stub_->ListJobs(context, request, answer);
-      },
-      [](const v1::ListJobsResponse& answer) { return answer.jobs_size(); });
-  if (!response.ok()) return response.status();
-  return std::vector<v1::Job>(response->jobs().begin(), response->jobs().end());
+  WEFT_ASSIGN_OR_RETURN(
+      const auto response,
+      CallForPages<v1::ListJobsResponse>(
+          *this, v1::ListJobsRequest(), limit == 0 ? kUsual : limit,
+          [&](grpc::ClientContext* context, const v1::ListJobsRequest& request,
+              v1::ListJobsResponse* answer) { return stub_->ListJobs(context, request, answer); },
+          [](const v1::ListJobsResponse& answer) { return answer.jobs_size(); }));
+  return std::vector<v1::Job>(response.jobs().begin(), response.jobs().end());
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
   v1::ListFramesRequest request;
   request.set_job_id(job_id);
-  const auto response = CallForPages<v1::ListFramesResponse>(
-      *this, request, 0,
-      [&](grpc::ClientContext* context, const v1::ListFramesRequest& asked, v1::ListFramesResponse* answer) {
-        return stub_->ListFrames(context, asked, answer);
-      },
-      [](const v1::ListFramesResponse& answer) { return answer.frames_size(); });
-  if (!response.ok()) return response.status();
-  return std::vector<v1::FrameInfo>(response->frames().begin(), response->frames().end());
+  WEFT_ASSIGN_OR_RETURN(
+      const auto response,
+      CallForPages<v1::ListFramesResponse>(
+          *this, request, 0,
+          [&](grpc::ClientContext* context, const v1::ListFramesRequest& asked,
+              v1::ListFramesResponse* answer) { return stub_->ListFrames(context, asked, answer); },
+          [](const v1::ListFramesResponse& answer) { return answer.frames_size(); }));
+  return std::vector<v1::FrameInfo>(response.frames().begin(), response.frames().end());
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {

@@ -20,6 +20,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/certificate_life.h"
@@ -277,11 +278,11 @@ std::string OwnProgramFolder() {
 
 absl::StatusOr<v1::DaemonConfig> ReadDaemonConfig(const std::string& program_folder,
                                                   const std::string& config_file) {
-  const absl::StatusOr<std::string> text =
-      RunProgram(program_folder + "/weftd", {.arguments = {"--config", config_file, "--print-config"}});
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(
+      const std::string text,
+      RunProgram(program_folder + "/weftd", {.arguments = {"--config", config_file, "--print-config"}}));
   v1::DaemonConfig config;
-  if (google::protobuf::TextFormat::ParseFromString(*text, &config)) return config;
+  if (google::protobuf::TextFormat::ParseFromString(text, &config)) return config;
   return absl::InternalError(
       absl::StrCat(config_file, ": weftd prints what weft does not read; are they of one version?"));
 }

@@ -13,6 +13,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/access/access_list.h"
@@ -227,9 +228,8 @@ absl::StatusOr<std::vector<std::string>> WriteSupportBundle(const SupportOptions
     return absl::InvalidArgumentError(
         absl::StrCat("--out: ", options.out, ": must end in .tar.zst or .tar.gz"));
   const Files files = BundleContent(options).Collect();
-  const absl::StatusOr<std::string> packed = Pack(files, "weft-support", zstd);
-  if (!packed.ok()) return packed.status();
-  if (absl::Status status = WriteFileAtomically(options.out, *packed, 0600); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const std::string packed, Pack(files, "weft-support", zstd));
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(options.out, packed, 0600));
   std::vector<std::string> names;
   for (const auto& [name, text] : files) names.push_back(name);
   return names;

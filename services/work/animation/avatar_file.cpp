@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "animation/sparse_view/net_correction.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/little_endian.h"
@@ -141,7 +142,7 @@ absl::StatusOr<std::vector<AvatarTable>> DecodeAvatarSpace(std::string_view byte
 absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string& source_name,
                                        std::string_view kind) {
   v1::Avatar about;
-  if (absl::Status status = ParseJson(json, source_name, about); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(json, source_name, about));
   const auto bad = [&](const std::string& what) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", what));
   };
@@ -171,8 +172,7 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
                     space_path = PathInAvatar(folder, kAvatarSpaceFile);
   absl::Status status = CheckAvatarBytes(about, bytes, folder);
   if (!status.ok()) return status;
-  const absl::StatusOr<std::vector<AvatarTable>> tables = DecodeAvatarSpace(bytes.space, space_path);
-  if (!tables.ok()) return tables.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<AvatarTable> tables, DecodeAvatarSpace(bytes.space, space_path));
   AvatarFile out;
   SparseViewAvatar& avatar = out.avatar;
   avatar.template_hash = about.template_hash();
@@ -186,7 +186,7 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
   avatar.training.seed = about.training().seed();
   avatar.held_out_check = CheckOf(about.held_out_check());
   avatar.left_out_check = CheckOf(about.left_out_check());
-  status = TakeTables(*tables, &avatar);
+  status = TakeTables(tables, &avatar);
   if (status.ok()) status = avatar.Validate();
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat(space_path, ": ", std::string(status.message())));
@@ -195,9 +195,8 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
         space_path, ": has ", avatar.space.components(), " components of ", avatar.space.vertices,
         " vertices, ", about_path, " says ", about.components(), " of ", about.vertices()));
   if (about.has_net()) {
-    absl::StatusOr<AvatarNet> read = NetOfBytes(about.net(), std::move(bytes), folder);
-    if (!read.ok()) return read.status();
-    avatar.net = *std::move(read);
+    WEFT_ASSIGN_OR_RETURN(AvatarNet read, NetOfBytes(about.net(), std::move(bytes), folder));
+    avatar.net = std::move(read);
   }
   out.about = std::move(about);
   return out;
@@ -205,14 +204,11 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
 
 absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path, NetReading reading) {
   const std::string folder = AvatarFolderOf(path), about_path = PathInAvatar(folder, kAvatarFile);
-  const absl::StatusOr<std::string> json = ReadAvatarJson(folder);
-  if (!json.ok()) return json.status();
-  absl::StatusOr<v1::Avatar> about = ParseAvatar(*json, about_path);
-  if (!about.ok()) return about.status();
-  const bool has_net = about->has_net();
-  absl::StatusOr<AvatarBytes> bytes = ReadAvatarBytes(*about, folder);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<AvatarFile> out = AssembleAvatar(*std::move(about), *std::move(bytes), folder);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ReadAvatarJson(folder));
+  WEFT_ASSIGN_OR_RETURN(v1::Avatar about, ParseAvatar(json, about_path));
+  const bool has_net = about.has_net();
+  WEFT_ASSIGN_OR_RETURN(AvatarBytes bytes, ReadAvatarBytes(about, folder));
+  absl::StatusOr<AvatarFile> out = AssembleAvatar(std::move(about), std::move(bytes), folder);
   if (!out.ok() || !has_net || reading == NetReading::kBytesAlone) return out;
   if (absl::Status status = CheckNet(out->avatar.net); !status.ok())
     return absl::InvalidArgumentError(
@@ -227,7 +223,7 @@ std::string ChecksumOfAvatar(const v1::Avatar& about) {
 }
 
 absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const SparseViewAvatar& avatar) {
-  if (absl::Status status = avatar.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(avatar.Validate());
   AvatarBytes bytes{EncodeAvatarSpace(TablesOf(avatar)), avatar.net.onnx, {}};
   Describe(avatar, about);
   if (!avatar.net.empty()) bytes.sample = EncodeNetSample(avatar.net);

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "nets/net_model.h"
 #include "services/formats/files/atomic_file.h"
@@ -63,7 +64,7 @@ absl::Status PutInPlace(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0) return absl::OkStatus();
   if (errno != EINVAL && errno != ENOSYS) return WriteError(to.string(), errno);
   // File systems without that exchange: for a moment nothing stands there.
-  if (absl::Status status = RemoveFolder(to); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(RemoveFolder(to));
   return rename(from.c_str(), to.c_str()) == 0 ? absl::OkStatus() : WriteError(to.string(), errno);
 }
 
@@ -133,9 +134,7 @@ absl::StatusOr<AvatarNet> NetOfBytes(const v1::AvatarNet& about, AvatarBytes byt
                                                      ", expected 1 to ", SigmaScale::kCameras));
     out.gain[static_cast<size_t>(gain.cameras() - 1)] = {gain.frames(), gain.before_mm(), gain.after_mm()};
   }
-  if (absl::Status status = DecodeNetSample(bytes.sample, PathInAvatar(folder, kAvatarSampleFile), &out);
-      !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(DecodeNetSample(bytes.sample, PathInAvatar(folder, kAvatarSampleFile), &out));
   // Also where nobody runs it, as of uploads.
   if (absl::Status status = ReadNetModel(bytes.net).status(); !status.ok())
     return absl::InvalidArgumentError(absl::StrCat(PathInAvatar(folder, kAvatarNetFile),
@@ -183,11 +182,10 @@ absl::Status CheckAvatarPlace(const std::string& folder) {
 absl::Status WriteAvatarFolder(const std::string& folder, const v1::Avatar& about, const AvatarBytes& bytes) {
   fs::path place = fs::path(folder).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  if (absl::Status status = CheckAvatarPlace(place.string()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckAvatarPlace(place.string()));
   const fs::path parent = place.has_parent_path() ? place.parent_path() : fs::path(".");
-  const absl::StatusOr<UnfinishedFolder> draft = UnfinishedFolder::BeginBeside(place.string());
-  if (!draft.ok()) return draft.status();
-  const std::string& in_draft = draft->path();
+  WEFT_ASSIGN_OR_RETURN(const UnfinishedFolder draft, UnfinishedFolder::BeginBeside(place.string()));
+  const std::string& in_draft = draft.path();
   absl::Status status = WriteFileAtomically(PathInAvatar(in_draft, kAvatarSpaceFile), bytes.space);
   if (status.ok() && about.has_net()) {
     status = WriteFileAtomically(PathInAvatar(in_draft, kAvatarNetFile), bytes.net);

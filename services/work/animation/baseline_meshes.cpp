@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "alignment/placement.h"
+#include "base/status_macros.h"
 #include "services/formats/options/pipeline_options.h"
 #include "services/work/pipeline/frame_cloud.h"
 
@@ -22,12 +23,10 @@ RegistrationBaseline::RegistrationBaseline(const Template& garment) : garment_(g
 absl::StatusOr<RegisteredMesh> RegistrationBaseline::Register(
     const Rig& rig, const std::vector<ViewObservations>& views) const {
   const PipelineOptions options;
-  const absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, {}, views, options.cloud);
-  if (!cloud.ok()) return cloud.status();
-  absl::StatusOr<AlignResult> aligned =
-      Align(model_, TargetsFromCloud(garment_, *cloud).targets, options.alignment);
-  if (!aligned.ok()) return aligned.status();
-  return std::move(aligned->mesh);
+  WEFT_ASSIGN_OR_RETURN(const Cloud cloud, TriangulateFrame(rig, {}, views, options.cloud));
+  WEFT_ASSIGN_OR_RETURN(AlignResult aligned,
+                        Align(model_, TargetsFromCloud(garment_, cloud).targets, options.alignment));
+  return std::move(aligned.mesh);
 }
 
 PlacedShapes PlaceShapes(const ShapeSpace& space, const std::vector<Eigen::Vector3d>& truth_mm) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "services/studio/recording/session_file.h"
 #include "services/work/animation/set_in_memory.h"
@@ -96,14 +97,11 @@ class FilmedFrames : public CameraFeed {
 absl::StatusOr<std::unique_ptr<CameraFeed>> CameraFeed::Start(const std::string& session_file,
                                                               const std::string& take, const Rig& rig,
                                                               double fps) {
-  const absl::StatusOr<v1::Session> session = ReadSession(session_file);
-  if (!session.ok()) return session.status();
-  absl::StatusOr<LiveRecordingOptions> options = RecordingOptionsOf(*session);
-  if (!options.ok()) return options.status();
-  absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> cameras = OpenCameras(*session);
-  if (!cameras.ok()) return cameras.status();
-  return std::make_unique<FilmedFrames>(*std::move(cameras), *std::move(options), take, rig,
-                                        session->fps() > 0 ? session->fps() : fps);
+  WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(session_file));
+  WEFT_ASSIGN_OR_RETURN(LiveRecordingOptions options, RecordingOptionsOf(session));
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::unique_ptr<CameraSource>> cameras, OpenCameras(session));
+  return std::make_unique<FilmedFrames>(std::move(cameras), std::move(options), take, rig,
+                                        session.fps() > 0 ? session.fps() : fps);
 }
 
 }  // namespace weft

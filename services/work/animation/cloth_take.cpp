@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -39,38 +40,33 @@ std::string TemplateIn(const fs::path& folder) {
 }
 
 absl::StatusOr<std::string> HashOfTemplate(const std::string& folder) {
-  const absl::StatusOr<Template> garment = ReadTemplate(folder);
-  if (!garment.ok()) return garment.status();
-  return garment->ContentHash();
+  WEFT_ASSIGN_OR_RETURN(const Template garment, ReadTemplate(folder));
+  return garment.ContentHash();
 }
 
 absl::StatusOr<BodyShape> BodyOf(const v1::Dataset& dataset, const std::string& source_name) {
-  const absl::StatusOr<std::string> json = ToJson(dataset.body());
-  if (!json.ok()) return json.status();
-  const absl::StatusOr<NamedBody> body = ParseBody(*json, source_name + ": body");
-  if (!body.ok()) return body.status();
-  return body->shape;
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(dataset.body()));
+  WEFT_ASSIGN_OR_RETURN(const NamedBody body, ParseBody(json, source_name + ": body"));
+  return body.shape;
 }
 
 absl::StatusOr<ClothSource> OpenDataset(const std::string& folder) {
-  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
-  if (!dataset.ok()) return dataset.status();
-  const absl::StatusOr<BodyShape> body = BodyOf(*dataset, folder);
-  if (!body.ok()) return body.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Dataset dataset, ReadDatasetFile(folder));
+  WEFT_ASSIGN_OR_RETURN(const BodyShape body, BodyOf(dataset, folder));
   ClothSource out;
   out.is_dataset = true;
-  for (const v1::DatasetTake& about : dataset->takes()) {
+  for (const v1::DatasetTake& about : dataset.takes()) {
     if (about.frames_hash().empty() || about.split() == NameOf(DatasetSplit::kChaos)) continue;
     const fs::path of_take = fs::path(folder) / "takes" / about.name();
-    absl::StatusOr<ClothTake> take = ClothTake::OfFramesFile((fs::path(folder) / about.name()).string(),
-                                                             (of_take / "truth" / "frames.bin").string());
-    if (!take.ok()) return take.status();
-    take->split = about.split();
-    take->motion = about.motion();
-    take->folder = of_take.string();
-    take->body = *body;
+    WEFT_ASSIGN_OR_RETURN(ClothTake take,
+                          ClothTake::OfFramesFile((fs::path(folder) / about.name()).string(),
+                                                  (of_take / "truth" / "frames.bin").string()));
+    take.split = about.split();
+    take.motion = about.motion();
+    take.folder = of_take.string();
+    take.body = body;
     if (out.garment.empty()) out.garment = TemplateIn(of_take);
-    out.takes.push_back(*std::move(take));
+    out.takes.push_back(std::move(take));
   }
   if (!out.takes.empty()) return out;
   return absl::NotFoundError(
@@ -78,13 +74,12 @@ absl::StatusOr<ClothSource> OpenDataset(const std::string& folder) {
 }
 
 absl::StatusOr<ClothSource> OpenClothWithoutPictures(const std::string& folder) {
-  absl::StatusOr<ClothTake> take =
-      ClothTake::OfFramesFile(folder, (fs::path(folder) / "truth" / "frames.bin").string());
-  if (!take.ok()) return take.status();
-  take->folder = folder;
+  WEFT_ASSIGN_OR_RETURN(
+      ClothTake take, ClothTake::OfFramesFile(folder, (fs::path(folder) / "truth" / "frames.bin").string()));
+  take.folder = folder;
   ClothSource out;
   out.garment = TemplateIn(folder);
-  out.takes.push_back(*std::move(take));
+  out.takes.push_back(std::move(take));
   return out;
 }
 
@@ -92,19 +87,17 @@ double FpsOr(double told, double given) { return given > 0 ? given : told > 0 ? 
 
 absl::StatusOr<ClothSource> OpenTruthMeshes(const std::string& folder, double fps) {
   const fs::path truth = fs::path(folder) / "truth";
-  const absl::StatusOr<std::vector<std::string>> names = ListTruthFrames(truth.string());
-  if (!names.ok()) return names.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListTruthFrames(truth.string()));
   ClothSource out;
   out.garment = TemplateIn(folder);
   std::string hash;
   if (!out.garment.empty()) {
-    absl::StatusOr<std::string> read = HashOfTemplate(out.garment);
-    if (!read.ok()) return read.status();
-    hash = *std::move(read);
+    WEFT_ASSIGN_OR_RETURN(std::string read, HashOfTemplate(out.garment));
+    hash = std::move(read);
   }
   std::vector<std::string> paths;
-  for (const std::string& name : *names) paths.push_back((truth / name / "mesh.ply").string());
-  out.takes.push_back(ClothTake::OfMeshes(folder, std::move(paths), *names,
+  for (const std::string& name : names) paths.push_back((truth / name / "mesh.ply").string());
+  out.takes.push_back(ClothTake::OfMeshes(folder, std::move(paths), names,
                                           FpsOr(TimesOfTake(folder, truth.string()).fps, fps), hash));
   out.takes.back().folder = folder;
   return out;
@@ -122,13 +115,12 @@ bool IsRegistered(const std::string& folder, const std::string& frame) {
 absl::StatusOr<ClothSource> OpenResults(const std::string& folder, double fps) {
   v1::Job job;
   const std::string job_path = (fs::path(folder) / kJobFile).string();
-  if (absl::Status status = ReadJsonFile(job_path, job); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(job_path, job));
   if (job.has_driven())
     return absl::FailedPreconditionError(
         absl::StrCat(job_path, ": these frames were driven by the avatar ", job.driven().avatar(),
                      "; an avatar learns from results of `weft register` or from simulated takes"));
-  const absl::StatusOr<std::vector<std::string>> frames = ListFrameFolders(folder, FrameFile::kReport);
-  if (!frames.ok()) return frames.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> frames, ListFrameFolders(folder, FrameFile::kReport));
   const TakeTimes times = TimesOfTake(job.spec().dump(), (fs::path(job.spec().dump()) / "truth").string());
   ClothSource out;
   if (Exists(job.spec().garment())) out.garment = job.spec().garment();
@@ -139,7 +131,7 @@ absl::StatusOr<ClothSource> OpenResults(const std::string& folder, double fps) {
     out.takes.push_back(ClothTake::OfMeshes(name, std::exchange(paths, {}), std::exchange(names, {}),
                                             FpsOr(times.fps, fps), job.inputs().garment()));
   };
-  for (const std::string& frame : *frames) {
+  for (const std::string& frame : frames) {
     if (!IsRegistered(folder, frame)) {
       end_run();
       continue;
@@ -170,15 +162,14 @@ absl::StatusOr<ClothSource> OpenAnySource(const std::string& folder, double fps)
 }  // namespace
 
 absl::StatusOr<ClothTake> ClothTake::OfFramesFile(std::string name, const std::string& path) {
-  absl::StatusOr<FramesReader> reader = FramesReader::Open(path);
-  if (!reader.ok()) return reader.status();
+  WEFT_ASSIGN_OR_RETURN(FramesReader reader, FramesReader::Open(path));
   ClothTake out;
   out.name_ = std::move(name);
   out.path_ = path;
-  out.template_hash_ = reader->head().template_hash;
-  out.frames_ = reader->frames();
-  out.fps_ = reader->head().fps;
-  out.reader_ = *std::move(reader);
+  out.template_hash_ = reader.head().template_hash;
+  out.frames_ = reader.frames();
+  out.fps_ = reader.head().fps;
+  out.reader_ = std::move(reader);
   return out;
 }
 
@@ -206,18 +197,16 @@ absl::StatusOr<ClothTake> ClothTake::OpenAgain() const {
 
 absl::StatusOr<std::string> ClothTake::FramesHash() const {
   if (!reader_) return std::string();
-  const absl::StatusOr<std::string> bytes = ReadWholeFile(path_);
-  if (!bytes.ok()) return bytes.status();
-  return absl::StrFormat("%016x", Checksum(bytes->data(), bytes->size()));
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path_));
+  return absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size()));
 }
 
 absl::StatusOr<ClothFrame> ClothTake::Read(int frame) {
   if (reader_) return reader_->Read(frame);
   if (frame < 0 || frame >= frames_)
     return absl::OutOfRangeError(absl::StrCat(name_, ": holds frames 0 to ", frames_ - 1, ", not ", frame));
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh(meshes_[static_cast<size_t>(frame)]);
-  if (!mesh.ok()) return mesh.status();
-  return ClothFrame{static_cast<int64_t>(1e9 * frame / fps_), std::move(mesh->vertices_mm), {}};
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh(meshes_[static_cast<size_t>(frame)]));
+  return ClothFrame{static_cast<int64_t>(1e9 * frame / fps_), std::move(mesh.vertices_mm), {}};
 }
 
 absl::StatusOr<ClothSource> OpenClothSource(const std::string& folder, double fps) {
@@ -236,9 +225,8 @@ absl::StatusOr<SharedTemplate> TemplateOfSources(const std::vector<ClothSource>&
     if (out.path.empty()) out.path = source.garment;
   if (out.path.empty())
     return absl::InvalidArgumentError("no source tells which template its meshes have; give --template");
-  absl::StatusOr<Template> garment = ReadTemplate(out.path);
-  if (!garment.ok()) return garment.status();
-  out.garment = *std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(out.path));
+  out.garment = std::move(garment);
   const std::string hash = out.garment.ContentHash();
   for (const ClothSource& source : sources)
     for (const ClothTake& take : source.takes)

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/animation/driver_memory.h"
 #include "services/work/animation/frame_driver.h"
@@ -86,7 +87,7 @@ class FrameRun {
       }
       if (!IsAsked(at) && WasSetAside(out_, list_.NameOf(at))) continue;
       report.reset();
-      if (absl::Status status = DriveOne(at, driver, ahead, driving); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(DriveOne(at, driver, ahead, driving));
     }
     return absl::OkStatus();
   }
@@ -115,7 +116,7 @@ class FrameRun {
     absl::StatusOr<FrameDriver::Driven> driven = Cancelled();
     arena.execute([&] { driven = driver.Drive(seen, watch); });
     if (!driven.ok()) return driven.status();
-    if (absl::Status status = driver.Write(seen, *driven); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(driver.Write(seen, *driven));
     TellFinished(at, driven->report, /*reused=*/false);
     return absl::OkStatus();
   }
@@ -144,9 +145,8 @@ absl::Status DriveFrames(const v1::RegistrationSpec& spec, const DriveInputs& in
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(cores) + 1);
   const StageKeys keys = DriveKeys(spec, inputs);
-  absl::StatusOr<FrameDriver> driver = FrameDriver::Create(spec, inputs, keys, out);
-  if (!driver.ok()) return driver.status();
-  return FrameRun(spec, inputs, list, asked, out, events, stop).Run(*std::move(driver), keys, cores);
+  WEFT_ASSIGN_OR_RETURN(FrameDriver driver, FrameDriver::Create(spec, inputs, keys, out));
+  return FrameRun(spec, inputs, list, asked, out, events, stop).Run(std::move(driver), keys, cores);
 }
 
 }  // namespace weft

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -100,54 +101,43 @@ v1::DrivenJob DescribeDriving(const v1::RegistrationSpec& spec, const DriveInput
 
 absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec,
                                                              NetReading reading) {
-  if (absl::Status status = CheckNotEmpty(spec); !status.ok()) return status;
-  const absl::StatusOr<JobOptions> options = MakeJobOptions(spec.options());
-  if (!options.ok()) return options.status();
-  const absl::StatusOr<Rig> rig = ReadRig(spec.rig());
-  if (!rig.ok()) return rig.status();
+  WEFT_RETURN_IF_ERROR(CheckNotEmpty(spec));
+  WEFT_ASSIGN_OR_RETURN(const JobOptions options, MakeJobOptions(spec.options()));
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(spec.rig()));
   const auto& names = spec.driving().cameras();
-  absl::StatusOr<Rig> used = CamerasNamed(*rig, {names.begin(), names.end()}, spec.rig());
-  if (!used.ok()) return used.status();
-  const absl::StatusOr<Board> board = ReadBoard(spec.board());
-  if (!board.ok()) return board.status();
+  WEFT_ASSIGN_OR_RETURN(Rig used, CamerasNamed(rig, {names.begin(), names.end()}, spec.rig()));
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(spec.board()));
   std::vector<std::string> warnings;
-  absl::StatusOr<Template> garment = ReadTemplateFor(*board, spec.garment(), &warnings);
-  if (!garment.ok()) return garment.status();
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplateFor(board, spec.garment(), &warnings));
   v1::InputHashes hashes;
-  hashes.set_rig(rig->ContentHash());
-  hashes.set_board(board->ContentHash());
-  hashes.set_garment(garment->ContentHash());
-  if (absl::Status status = CheckExpectedHashes(spec, hashes); !status.ok()) return status;
+  hashes.set_rig(rig.ContentHash());
+  hashes.set_board(board.ContentHash());
+  hashes.set_garment(garment.ContentHash());
+  WEFT_RETURN_IF_ERROR(CheckExpectedHashes(spec, hashes));
   const std::string& avatar_path = spec.driving().avatar();
-  absl::StatusOr<AvatarFile> avatar = ReadAvatar(avatar_path, reading);
-  if (!avatar.ok()) return avatar.status();
-  if (absl::Status status = CheckAvatarFits(avatar->about, avatar_path, *garment, spec.garment());
-      !status.ok())
-    return status;
-  absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
-  if (!parts.ok()) return parts.status();
-  parts->board_rows = board->rows, parts->board_cols = board->cols;
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  WEFT_ASSIGN_OR_RETURN(AvatarFile avatar, ReadAvatar(avatar_path, reading));
+  WEFT_RETURN_IF_ERROR(CheckAvatarFits(avatar.about, avatar_path, garment, spec.garment()));
+  WEFT_ASSIGN_OR_RETURN(GarmentParts parts, ReadGarmentParts(spec.garment()));
+  parts.board_rows = board.rows, parts.board_cols = board.cols;
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok())
     return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
-  MeshTexture texture = TextureOf(*garment, *parts);
-  MeshGraph graph = BuildMeshGraph(garment->rest);
+  MeshTexture texture = TextureOf(garment, parts);
+  MeshGraph graph = BuildMeshGraph(garment.rest);
   return std::make_unique<DriveInputs>(DriveInputs{
-      *std::move(used), *std::move(index), *std::move(garment), std::move(graph), std::move(texture),
-      *std::move(avatar), std::move(hashes), options->pipeline.decode, std::move(warnings)});
+      std::move(used), *std::move(index), std::move(garment), std::move(graph), std::move(texture),
+      std::move(avatar), std::move(hashes), options.pipeline.decode, std::move(warnings)});
 }
 
 absl::StatusOr<DriveFrameList> ListDriveFrames(const v1::RegistrationSpec& spec, DriveInputs& inputs) {
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump =
-      OpenDump(spec.dump(), inputs.rig, spec.options().mosaic());
-  if (!dump.ok()) return dump.status();
-  absl::StatusOr<std::vector<size_t>> frames = FramesInRange(spec, (*dump)->frame_names());
-  if (!frames.ok()) return frames.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump,
+                        OpenDump(spec.dump(), inputs.rig, spec.options().mosaic()));
+  WEFT_ASSIGN_OR_RETURN(std::vector<size_t> frames, FramesInRange(spec, dump->frame_names()));
   // The pictures of cameras that are left out on purpose are no strangers.
   if (spec.driving().cameras().empty())
-    inputs.warnings.insert(inputs.warnings.end(), (*dump)->warnings().begin(), (*dump)->warnings().end());
-  std::vector<int64_t> time_ns = TimesOf(spec, **dump, *frames, inputs.avatar.avatar.fps);
-  return DriveFrameList{*std::move(dump), *std::move(frames), std::move(time_ns)};
+    inputs.warnings.insert(inputs.warnings.end(), dump->warnings().begin(), dump->warnings().end());
+  std::vector<int64_t> time_ns = TimesOf(spec, *dump, frames, inputs.avatar.avatar.fps);
+  return DriveFrameList{std::move(dump), std::move(frames), std::move(time_ns)};
 }
 
 }  // namespace weft

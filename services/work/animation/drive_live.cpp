@@ -17,6 +17,7 @@
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/take/open_dump.h"
 #include "capture/take/take_files.h"
@@ -117,9 +118,7 @@ class LiveRun {
     absl::StatusOr<FrameDriver> driver = FrameDriver::Create(life_.job().spec(), inputs_, keys_, out_);
     if (!driver.ok()) return driver.status();
     if (!standing_.empty())
-      if (absl::Status status = driver->Recall(standing_.back().driven().memory(), standing_.back().frame());
-          !status.ok())
-        return status;
+      WEFT_RETURN_IF_ERROR(driver->Recall(standing_.back().driven().memory(), standing_.back().frame()));
     const int cores = threads > 0 ? threads : tbb::info::default_concurrency();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(cores) + 1);
@@ -151,14 +150,12 @@ class LiveRun {
   }
 
   absl::StatusOr<std::optional<Arrival>> DecodeNewest(LiveFeed& feed, tbb::task_arena& arena) {
-    absl::StatusOr<std::optional<LiveFrame>> frame = feed.Newest(stop_);
-    if (!frame.ok()) return frame.status();
-    if (!frame->has_value() || stop_.stop_requested() || failed_) return std::nullopt;
+    WEFT_ASSIGN_OR_RETURN(std::optional<LiveFrame> frame, feed.Newest(stop_));
+    if (!frame.has_value() || stop_.stop_requested() || failed_) return std::nullopt;
     std::optional<Arrival> out;
     const Stopwatch watch;
     arena.execute([&] {
-      out = Arrival{**frame, SeeFrame(inputs_, *(*frame)->source, (*frame)->index, (*frame)->time_ns, stop_),
-                    watch};
+      out = Arrival{*frame, SeeFrame(inputs_, *frame->source, frame->index, frame->time_ns, stop_), watch};
     });
     if (stop_.stop_requested()) return std::nullopt;
     return out;
@@ -167,7 +164,7 @@ class LiveRun {
   // Alone with counts and frames of the job while one is written.
   absl::Status WriteOne(const Arrival& arrival, const FrameDriver::Driven& driven,
                         const FrameDriver& driver) {
-    if (absl::Status status = driver.Write(arrival.seen, driven); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(driver.Write(arrival.seen, driven));
     const int64_t done_ns = HostTime_ns();
     pace_.Add(arrival.frame, done_ns);
     v1::FrameInfo info = SummaryOf(driven.report, /*reused=*/false);
@@ -255,41 +252,36 @@ std::string LiveDrivingText(const v1::LiveDriving& live) {
 absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDriveProgress& progress,
                                   const std::stop_token& stop) {
   const v1::RegistrationSpec& spec = request.spec;
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec);
-  if (!inputs.ok()) return inputs.status();
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(spec));
   const bool films = !request.session_file.empty(), is_followed = !films && IsGrowing(spec.dump());
-  if (absl::Status status = CheckLiveRequest(request, is_followed); !status.ok()) return status;
-  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
-  absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
-  if (!out.ok()) return out.status();
-  const StageKeys keys = DriveKeys(spec, **inputs, DrivePace::kLive);
-  const double fps = spec.driving().fps() > 0 ? spec.driving().fps() : (*inputs)->avatar.avatar.fps;
+  WEFT_RETURN_IF_ERROR(CheckLiveRequest(request, is_followed));
+  WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(std::string out, MakeOutputFolder(spec.out()));
+  const StageKeys keys = DriveKeys(spec, *inputs, DrivePace::kLive);
+  const double fps = spec.driving().fps() > 0 ? spec.driving().fps() : inputs->avatar.avatar.fps;
 
   DriveFrameList list;
   std::shared_ptr<const FrameSource> dump;
   if (!films && !is_followed) {
-    absl::StatusOr<DriveFrameList> listed = ListDriveFrames(spec, **inputs);
-    if (!listed.ok()) return listed.status();
-    list = *std::move(listed);
+    WEFT_ASSIGN_OR_RETURN(DriveFrameList listed, ListDriveFrames(spec, *inputs));
+    list = std::move(listed);
     dump = list.dump;
   } else if (is_followed) {
     // None before its first frame set.
-    if (absl::StatusOr<std::unique_ptr<FrameSource>> so_far = OpenDump(spec.dump(), (*inputs)->rig);
-        so_far.ok())
+    if (absl::StatusOr<std::unique_ptr<FrameSource>> so_far = OpenDump(spec.dump(), inputs->rig); so_far.ok())
       dump = *std::move(so_far);
   }
-  absl::StatusOr<std::vector<v1::FrameReport>> standing = StandingFrames(spec, *out, keys, dump.get());
-  if (!standing.ok()) return standing.status();
-  const std::string last = standing->empty() ? "" : standing->back().frame();
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> standing, StandingFrames(spec, out, keys, dump.get()));
+  const std::string last = standing.empty() ? "" : standing.back().frame();
   std::unique_ptr<LiveFeed> feed;
   CameraFeed* cameras = nullptr;
   if (films) {
-    auto started = CameraFeed::Start(request.session_file, spec.dump(), (*inputs)->rig, fps);
-    if (!started.ok()) return started.status();
-    cameras = started->get();
-    feed = *std::move(started);
+    WEFT_ASSIGN_OR_RETURN(auto started,
+                          CameraFeed::Start(request.session_file, spec.dump(), inputs->rig, fps));
+    cameras = started.get();
+    feed = std::move(started);
   } else if (is_followed) {
-    feed = FollowTake(spec.dump(), (*inputs)->rig, last, fps);
+    feed = FollowTake(spec.dump(), inputs->rig, last, fps);
   } else {
     size_t first = 0;
     while (first < list.size() && !last.empty() && !NaturalLess(last, list.NameOf(first))) ++first;
@@ -298,7 +290,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
     feed = PlayFrames(std::move(list), request.speed);
   }
   absl::StatusOr<v1::Job> job =
-      LiveRun(request, **inputs, keys, *std::move(out), *std::move(standing), progress, stop)
+      LiveRun(request, *inputs, keys, std::move(out), std::move(standing), progress, stop)
           .Run(*feed, request.threads);
   if (cameras == nullptr) return job;
   const absl::StatusOr<v1::Take> take = cameras->Finish();

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_verdict.h"
 #include "services/work/animation/drive_frames.h"
@@ -90,14 +91,11 @@ v1::Job NewDriveJob(const v1::RegistrationSpec& spec, const DriveInputs& inputs)
 
 absl::StatusOr<v1::Job> DriveTake(const v1::RegistrationSpec& spec, int threads,
                                   const DriveProgress& progress, const std::stop_token& stop) {
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec);
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
-  if (!list.ok()) return list.status();
-  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
-  absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
-  if (!out.ok()) return out.status();
-  return TakeDrive(spec, **inputs, *list, *std::move(out), progress).Run(threads, stop);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const DriveFrameList list, ListDriveFrames(spec, *inputs));
+  WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(std::string out, MakeOutputFolder(spec.out()));
+  return TakeDrive(spec, *inputs, list, std::move(out), progress).Run(threads, stop);
 }
 
 }  // namespace weft

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/agreement_proto.h"
 #include "services/formats/files/mesh_file.h"
@@ -138,11 +139,11 @@ v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInpu
 
 absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const DrivenFrame& driven,
                          v1::FrameReport report, const std::string& out) {
-  const auto folder = FrameFolder::Open(out, report.frame(), ConfinedFolder::IfMissing::kMake);
-  if (!folder.ok()) return folder.status();
-  absl::Status status = folder->Clear();
+  WEFT_ASSIGN_OR_RETURN(const auto folder,
+                        FrameFolder::Open(out, report.frame(), ConfinedFolder::IfMissing::kMake));
+  absl::Status status = folder.Clear();
   if (status.ok() && report.options().write_observations())
-    status = folder->Put(
+    status = folder.Put(
         FrameFile::kObservations,
         [&](const std::string& path) {
           std::vector<ImageObservations> images;
@@ -152,14 +153,14 @@ absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const
         },
         report);
   if (status.ok() && !driven.lost)
-    status = folder->Put(
+    status = folder.Put(
         FrameFile::kMesh,
         [&](const std::string& path) {
           return WriteRegisteredMesh(path, driven.mesh, inputs.garment.rest.faces, inputs.texture);
         },
         report);
-  if (status.ok()) status = folder->Commit(std::move(report));
-  return status.ok() ? folder->Sync() : status;
+  if (status.ok()) status = folder.Commit(std::move(report));
+  return status.ok() ? folder.Sync() : status;
 }
 
 absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job& job,
@@ -167,13 +168,11 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job&
   const v1::RegistrationSpec& spec = job.spec();
   const absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(spec.out());
   if (!base.ok() && !absl::IsNotFound(base.status())) return base.status();
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec);
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
-  if (!list.ok()) return list.status();
-  const StageKeys keys = DriveKeys(spec, **inputs);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const DriveFrameList list, ListDriveFrames(spec, *inputs));
+  const StageKeys keys = DriveKeys(spec, *inputs);
   std::map<std::string, size_t> index_of;
-  for (size_t at = 0; at < list->size(); ++at) index_of.emplace(list->NameOf(at), list->indices[at]);
+  for (size_t at = 0; at < list.size(); ++at) index_of.emplace(list.NameOf(at), list.indices[at]);
 
   std::vector<IncompleteFrame> incomplete;
   std::string memory;
@@ -184,8 +183,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job&
       continue;
     }
     const auto found = index_of.find(frames[i].frame());
-    const std::string now =
-        found == index_of.end() ? "" : list->dump->Fingerprint(found->second).value_or("");
+    const std::string now = found == index_of.end() ? "" : list.dump->Fingerprint(found->second).value_or("");
     const auto report =
         StandingReport(spec.out(), frames[i].frame(), keys, now, spec.options().write_observations());
     if (!report) {
@@ -207,7 +205,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job&
     }
   }
   if (base.ok()) {
-    if (absl::Status status = base->Sync(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(base->Sync());
   }
   return incomplete;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "figure/body.h"
 #include "pattern/decoder.h"
 #include "simulation/renderer.h"
@@ -47,14 +48,12 @@ absl::StatusOr<FilmedViews> FilmedViews::Create(const Template& garment, const B
     return absl::FailedPreconditionError(absl::StrCat("board ", board.id, " has the hash ",
                                                       board.ContentHash(), ", but the template's cells are ",
                                                       "of the board with hash ", garment.board_hash));
-  absl::StatusOr<SyntheticTakeOptions> studio = SyntheticPreset("shirt-drive", seed);
-  if (!studio.ok()) return studio.status();
+  WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions studio, SyntheticPreset("shirt-drive", seed));
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : first_mm) box.extend(v);
-  studio->look.room.center_mm = box.center().cast<float>();
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok()) return index.status();
-  return FilmedViews(garment, body, *std::move(index), *std::move(studio));
+  studio.look.room.center_mm = box.center().cast<float>();
+  WEFT_ASSIGN_OR_RETURN(BoardIndex index, BoardIndex::Build(board));
+  return FilmedViews(garment, body, std::move(index), std::move(studio));
 }
 
 absl::StatusOr<std::vector<ViewObservations>> FilmedViews::Look(const Moment& moment, const Rig& rig) const {
@@ -66,16 +65,14 @@ absl::StatusOr<std::vector<ViewObservations>> FilmedViews::Look(const Moment& mo
     wearer = {{Body(*moment.now.pose, body_).MeshVertices(), Body::MeshFaces()},
               VelocitiesOf(Body(*moment.before.pose, body_).MeshVertices(),
                            Body(*moment.after.pose, body_).MeshVertices(), seconds)};
-  const absl::StatusOr<StudioScene> lit =
-      StudioScene::Build(std::move(cloth), print_, index_.board(), std::move(wearer), studio_.look);
-  if (!lit.ok()) return lit.status();
-  const absl::StatusOr<StudioScene> scene = lit->Exposed(0, studio_.shutter.exposure_ms / 1000);
-  if (!scene.ok()) return scene.status();
+  WEFT_ASSIGN_OR_RETURN(const StudioScene lit, StudioScene::Build(std::move(cloth), print_, index_.board(),
+                                                                  std::move(wearer), studio_.look));
+  WEFT_ASSIGN_OR_RETURN(const StudioScene scene, lit.Exposed(0, studio_.shutter.exposure_ms / 1000));
   std::vector<ViewObservations> out(rig.cameras.size());
   std::vector<absl::Status> statuses(rig.cameras.size());
   tbb::parallel_for(size_t{0}, rig.cameras.size(), [&](size_t camera) {
     const absl::StatusOr<Picture> picture =
-        RenderView(*scene, rig.cameras[camera], studio_.camera, moment.number);
+        RenderView(scene, rig.cameras[camera], studio_.camera, moment.number);
     absl::StatusOr<DecodeResult> decoded =
         picture.ok() ? DecodeView(ToFrame(*picture), index_, {}) : picture.status();
     statuses[camera] = decoded.status();

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/status_macros.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/animation/driver_memory.h"
 #include "services/work/animation/rig_scale.h"
@@ -15,9 +16,9 @@ namespace weft {
 
 absl::StatusOr<FrameDriver> FrameDriver::Create(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
                                                 StageKeys keys, std::string out) {
-  absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(inputs.garment, inputs.avatar.avatar);
-  if (!driver.ok()) return driver.status();
-  return FrameDriver(spec, inputs, std::move(keys), std::move(out), *std::move(driver));
+  WEFT_ASSIGN_OR_RETURN(SparseViewDriver driver,
+                        SparseViewDriver::Create(inputs.garment, inputs.avatar.avatar));
+  return FrameDriver(spec, inputs, std::move(keys), std::move(out), std::move(driver));
 }
 
 FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& inputs, StageKeys keys,
@@ -30,38 +31,36 @@ FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& in
 
 absl::Status FrameDriver::Recall(const std::string& memory, const std::string& frame) {
   if (memory == memory_) return absl::OkStatus();
-  absl::StatusOr<DriverMemory> decoded = DecodeMemory(memory);
-  if (!decoded.ok()) return decoded.status();
-  if (decoded->drive.track.known > 0) {
-    const auto mesh = ReadRegisteredMesh((std::filesystem::path(out_) / frame / "mesh.ply").string());
-    if (!mesh.ok()) return mesh.status();
-    for (const Eigen::Vector3d& p : mesh->vertices_mm) decoded->drive.mesh_mm.push_back(p.cast<float>());
+  WEFT_ASSIGN_OR_RETURN(DriverMemory decoded, DecodeMemory(memory));
+  if (decoded.drive.track.known > 0) {
+    WEFT_ASSIGN_OR_RETURN(const auto mesh,
+                          ReadRegisteredMesh((std::filesystem::path(out_) / frame / "mesh.ply").string()));
+    for (const Eigen::Vector3d& p : mesh.vertices_mm) decoded.drive.mesh_mm.push_back(p.cast<float>());
   }
-  absl::Status status = driver_.Recall(*std::move(decoded));
+  absl::Status status = driver_.Recall(std::move(decoded));
   if (status.ok()) memory_ = memory;
   return status;
 }
 
 absl::StatusOr<FrameDriver::Driven> FrameDriver::Drive(const SeenFrame& seen, const Stopwatch& watch) {
   if (!seen.fingerprint.ok()) return seen.fingerprint.status();
-  if (absl::Status status = CheckScaleOnce(seen.decoded.views); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckScaleOnce(seen.decoded.views));
   std::vector<DrivingView> views;
   for (const ViewObservations& view : seen.decoded.views)
     views.push_back({&inputs_->rig.cameras[static_cast<size_t>(view.camera)], view.observations});
-  absl::StatusOr<DrivenFrame> driven = driver_.Drive(seen.time_ns, views);
-  if (!driven.ok()) return driven.status();
+  WEFT_ASSIGN_OR_RETURN(DrivenFrame driven, driver_.Drive(seen.time_ns, views));
   const std::string follows = std::exchange(memory_, EncodeMemory(driver_.Memory()));
-  v1::FrameReport report = DescribeDriven(*spec_, *inputs_, keys_, seen, *driven, follows, memory_);
+  v1::FrameReport report = DescribeDriven(*spec_, *inputs_, keys_, seen, driven, follows, memory_);
   const auto add_time = [&report](const std::string& stage, double time_ms) {
     v1::StageTime& time = *report.add_stages();
     time.set_stage(stage);
     time.set_time_ms(time_ms);
   };
   add_time("decode", seen.decode_ms);
-  for (const StageTime& stage : driven->times) add_time(stage.name, stage.time_ms);
+  for (const StageTime& stage : driven.times) add_time(stage.name, stage.time_ms);
   report.set_total_ms(watch.Ms());
   report.set_threads(tbb::this_task_arena::max_concurrency());
-  return Driven{*std::move(driven), std::move(report)};
+  return Driven{std::move(driven), std::move(report)};
 }
 
 absl::Status FrameDriver::Write(const SeenFrame& seen, const Driven& driven) const {

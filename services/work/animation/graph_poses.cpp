@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "animation/paper/pixel_avatar.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "base/status_macros.h"
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/cloth_take.h"
 
@@ -115,11 +116,10 @@ std::string EncodePriorTask(const DeformationGraph& graph, const std::vector<flo
 
 absl::StatusOr<GraphPrior> DecodePrior(std::string_view bytes, std::vector<float> unit,
                                        const std::string& source_name) {
-  const absl::StatusOr<std::vector<AvatarTable>> tables = DecodeAvatarSpace(bytes, source_name);
-  if (!tables.ok()) return tables.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<AvatarTable> tables, DecodeAvatarSpace(bytes, source_name));
   GraphPrior out;
   out.unit = std::move(unit);
-  out.layers = LayersOf(*tables);
+  out.layers = LayersOf(tables);
   if (absl::Status status = out.Validate(out.nodes()); !status.ok())
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", std::string(status.message())));
   return out;

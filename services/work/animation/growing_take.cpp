@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "capture/take/take_files.h"
 #include "services/work/animation/set_in_memory.h"
@@ -13,16 +14,14 @@
 namespace weft {
 
 absl::StatusOr<GrowingTake> GrowingTake::Open(const std::string& folder, const Rig& rig) {
-  const absl::StatusOr<std::vector<std::string>> ids = CamerasOfTake(folder);
-  if (!ids.ok()) return ids.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> ids, CamerasOfTake(folder));
   GrowingTake take(rig);
   bool has_any = false;
   for (const CameraModel& camera : rig.cameras) {
     Stream stream;
-    if (std::find(ids->begin(), ids->end(), camera.id) != ids->end()) {
-      auto reader = StreamReader::Open(StreamFolder(folder), camera.id);
-      if (!reader.ok()) return reader.status();
-      stream.reader = *std::move(reader);
+    if (std::find(ids.begin(), ids.end(), camera.id) != ids.end()) {
+      WEFT_ASSIGN_OR_RETURN(auto reader, StreamReader::Open(StreamFolder(folder), camera.id));
+      stream.reader = std::move(reader);
       stream.recent = stream.reader->records();
       stream.index_path = IndexFile(StreamFolder(folder), camera.id);
       stream.index_bytes = (1 + stream.recent.size()) * kIndexRecordBytes;  // a header of a record's size
@@ -44,15 +43,13 @@ absl::StatusOr<const IndexRecord*> GrowingTake::FindRecord(Stream& stream, uint6
   };
   if (const IndexRecord* record = find()) return record;
   const absl::StatusOr<PosixFile> file = PosixFile::Open(stream.index_path, O_RDONLY);
-  const absl::StatusOr<uint64_t> size = file.ok() ? file->Size() : absl::StatusOr<uint64_t>(file.status());
-  if (!size.ok()) return size.status();
-  if (*size > stream.index_bytes) {
-    std::string fresh(*size - stream.index_bytes, '\0');
-    if (absl::Status status = file->ReadAt(fresh.data(), fresh.size(), stream.index_bytes); !status.ok())
-      return status;
-    absl::StatusOr<ParsedIndex> parsed = ParseIndex(IndexHeader(stream.reader->header().take) + fresh);
-    if (!parsed.ok()) return parsed.status();
-    stream.recent = std::move(parsed->records);
+  WEFT_ASSIGN_OR_RETURN(const uint64_t size,
+                        file.ok() ? file->Size() : absl::StatusOr<uint64_t>(file.status()));
+  if (size > stream.index_bytes) {
+    std::string fresh(size - stream.index_bytes, '\0');
+    WEFT_RETURN_IF_ERROR(file->ReadAt(fresh.data(), fresh.size(), stream.index_bytes));
+    WEFT_ASSIGN_OR_RETURN(ParsedIndex parsed, ParseIndex(IndexHeader(stream.reader->header().take) + fresh));
+    stream.recent = std::move(parsed.records);
     stream.index_bytes += stream.recent.size() * kIndexRecordBytes;
     if (const IndexRecord* record = find()) return record;
   }

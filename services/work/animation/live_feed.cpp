@@ -9,6 +9,7 @@
 
 #include "absl/strings/numbers.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_progress.h"
 #include "services/studio/recording/take_verdict.h"
@@ -35,11 +36,10 @@ class FollowedTake : public LiveFeed {
   absl::StatusOr<std::optional<LiveFrame>> Newest(const std::stop_token& stop) override {
     int64_t looked_ns = HostTime_ns();
     while (!stop.stop_requested()) {
-      const absl::StatusOr<const TakeProgress*> progress = follower_.Look();
-      if (!progress.ok()) return progress.status();
-      const std::vector<RecordedSet>& sets = (*progress)->sets;
+      WEFT_ASSIGN_OR_RETURN(const TakeProgress* progress, follower_.Look());
+      const std::vector<RecordedSet>& sets = progress->sets;
       if (!sets.empty() && sets.back().number >= next_number_) return Give(sets);
-      if ((*progress)->closed || is_abandoned_) return std::nullopt;
+      if (progress->closed || is_abandoned_) return std::nullopt;
       if (HostTime_ns() - looked_ns > kSilentNs) {
         looked_ns = HostTime_ns();
         is_abandoned_ = !IsBeingRecorded(folder_);  // once more: it may just have been closed
@@ -53,15 +53,13 @@ class FollowedTake : public LiveFeed {
   absl::StatusOr<std::optional<LiveFrame>> Give(const std::vector<RecordedSet>& sets) {
     const RecordedSet& newest = sets.back();
     if (!take_) {
-      absl::StatusOr<GrowingTake> take = GrowingTake::Open(folder_, rig_);
-      if (!take.ok()) return take.status();
-      take_ = *std::move(take);
+      WEFT_ASSIGN_OR_RETURN(GrowingTake take, GrowingTake::Open(folder_, rig_));
+      take_ = std::move(take);
     }
-    absl::StatusOr<std::shared_ptr<const FrameSource>> source = take_->Read(newest.number);
-    if (!source.ok()) return source.status();
+    WEFT_ASSIGN_OR_RETURN(std::shared_ptr<const FrameSource> source, take_->Read(newest.number));
     LiveFrame frame;
     frame.name = FrameNameOf(newest.number);
-    frame.source = *std::move(source);
+    frame.source = std::move(source);
     frame.time_ns = newest.device_time_ns > last_ns_ ? newest.device_time_ns : last_ns_ + interval_ns_;
     frame.arrived_ns = newest.host_time_ns;
     for (auto set = sets.rbegin() + 1; set != sets.rend() && set->number >= next_number_; ++set)

@@ -12,6 +12,7 @@
 #include "animation/sparse_view/ray_driver.h"
 #include "animation/sparse_view/sparse_view_driver.h"
 #include "base/counter_random.h"
+#include "base/status_macros.h"
 #include "services/work/animation/cloth_take.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/sample_writer.h"
@@ -161,22 +162,20 @@ class SampleMaker {
     std::optional<Rig> rig;
     for (int f = drive.first; f < drive.last; f += request_.every) {
       if (stop.stop_requested()) return absl::CancelledError("the making of samples was stopped");
-      const absl::StatusOr<ClothFrame> truth = take.Read(f);
-      if (!truth.ok()) return truth.status();
-      if (!rig) rig = RandomRig(truth->vertices_mm, drive.cameras, key);
-      const auto seen = cloth.Look(*truth, *rig, key ^ MixBits(static_cast<uint64_t>(f)));
-      if (!seen.ok()) return seen.status();
-      const auto rays = RaysOf(DrivingViewsOf(*seen, *rig), nodes_, SparseViewOptions().cloth_sigma_px);
-      if (!rays.ok()) return rays.status();
-      const auto driven = driver.Drive(request_.every, *rays);
-      if (!driven.ok()) return driven.status();
-      if (driven->track.lost || driven->track.started_anew || f < drive.first + 2 * request_.every) continue;
-      const std::vector<Eigen::Matrix3f> axes = features.axes().RotationsOf(driven->position_mm);
-      const AtlasImage input = atlas_.Gather(features.Of(*driven, *rays, axes), kDrivingFeatures);
+      WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(f));
+      if (!rig) rig = RandomRig(truth.vertices_mm, drive.cameras, key);
+      WEFT_ASSIGN_OR_RETURN(const auto seen,
+                            cloth.Look(truth, *rig, key ^ MixBits(static_cast<uint64_t>(f))));
+      WEFT_ASSIGN_OR_RETURN(const auto rays,
+                            RaysOf(DrivingViewsOf(seen, *rig), nodes_, SparseViewOptions().cloth_sigma_px));
+      WEFT_ASSIGN_OR_RETURN(const auto driven, driver.Drive(request_.every, rays));
+      if (driven.track.lost || driven.track.started_anew || f < drive.first + 2 * request_.every) continue;
+      const std::vector<Eigen::Matrix3f> axes = features.axes().RotationsOf(driven.position_mm);
+      const AtlasImage input = atlas_.Gather(features.Of(driven, rays, axes), kDrivingFeatures);
       std::vector<float> offsets(axes.size() * kOffsets);
       for (size_t v = 0; v < axes.size(); ++v) {
         const Eigen::Vector3f off = axes[v].transpose() *
-                                    (truth->vertices_mm[v] - driven->position_mm[v]).cast<float>() /
+                                    (truth.vertices_mm[v] - driven.position_mm[v]).cast<float>() /
                                     kAnswerUnitMm;
         for (int k = 0; k < kOffsets; ++k) offsets[v * kOffsets + k] = off[k];
       }
@@ -202,8 +201,7 @@ class SampleMaker {
 absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& request,
                             const std::function<void(std::string_view stage, double share)>& on_progress,
                             const std::stop_token& stop) {
-  absl::StatusOr<Atlas> atlas = Atlas::Build(takes.garment(), request.atlas);
-  if (!atlas.ok()) return atlas.status();
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(takes.garment(), request.atlas));
   const Plan plan = PlanOf(takes, request.rigs);
   if (plan.spaces.size() == 1)
     return absl::InvalidArgumentError(absl::StrCat("a net: ", FramesOf(plan.spaces[0]),
@@ -211,15 +209,14 @@ absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& reques
                                                    2 * kLeastLearnt, " are needed"));
   std::vector<std::unique_ptr<SparseViewAvatar>> avatars;
   for (const std::vector<Part>& parts : plan.spaces) {
-    auto avatar = avatars.empty()
-                      ? LearnSparseView(takes.garment(), takes.Frames(), request.training, {}, stop)
-                      : LearnParts(takes, parts, request.training, stop);
-    if (!avatar.ok()) return avatar.status();
-    avatars.push_back(std::make_unique<SparseViewAvatar>(*std::move(avatar)));
+    WEFT_ASSIGN_OR_RETURN(auto avatar, avatars.empty() ? LearnSparseView(takes.garment(), takes.Frames(),
+                                                                         request.training, {}, stop)
+                                                       : LearnParts(takes, parts, request.training, stop));
+    avatars.push_back(std::make_unique<SparseViewAvatar>(std::move(avatar)));
     if (on_progress)
       on_progress("spaces", static_cast<double>(avatars.size()) / static_cast<double>(plan.spaces.size()));
   }
-  const SampleMaker maker(request, takes.garment(), *std::move(atlas));
+  const SampleMaker maker(request, takes.garment(), std::move(atlas));
   constexpr size_t kAtOnce = 4;
   return WriteSamples(
       request.out, maker.Head(), plan.drives.size(), kAtOnce,

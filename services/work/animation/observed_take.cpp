@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"
+#include "base/status_macros.h"
 #include "capture/take/frame_source.h"
 #include "capture/take/open_dump.h"
 #include "pattern/board/board_index.h"
@@ -73,11 +74,9 @@ class FilmedTake : public ObservedTake {
   absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) override {
     const auto known = seen_.find(frame);
     if (known != seen_.end()) return known->second;
-    const absl::StatusOr<ClothFrame> before = take_.Read(std::max(frame - 1, 0));
-    if (!before.ok()) return before.status();
-    const absl::StatusOr<ClothFrame> after = take_.Read(std::min(frame + 1, take_.frames() - 1));
-    if (!after.ok()) return after.status();
-    absl::StatusOr<std::vector<ViewObservations>> seen = views_.Look({truth, *before, *after, frame}, rig_);
+    WEFT_ASSIGN_OR_RETURN(const ClothFrame before, take_.Read(std::max(frame - 1, 0)));
+    WEFT_ASSIGN_OR_RETURN(const ClothFrame after, take_.Read(std::min(frame + 1, take_.frames() - 1)));
+    absl::StatusOr<std::vector<ViewObservations>> seen = views_.Look({truth, before, after, frame}, rig_);
     if (seen.ok()) seen_[frame] = *seen;
     return seen;
   }
@@ -90,30 +89,25 @@ class FilmedTake : public ObservedTake {
 };
 
 absl::StatusOr<std::unique_ptr<ObservedTake>> FilmTake(ClothTake& take, Rig rig, const Observing& observing) {
-  const absl::StatusOr<Board> board = ReadBoard(FileOfTake(take, "board.json"));
-  if (!board.ok()) return board.status();
-  const absl::StatusOr<ClothFrame> first = take.Read(0);
-  if (!first.ok()) return first.status();
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(FileOfTake(take, "board.json")));
+  WEFT_ASSIGN_OR_RETURN(const ClothFrame first, take.Read(0));
   absl::StatusOr<FilmedViews> views =
-      FilmedViews::Create(observing.garment, *board, take.body, first->vertices_mm, observing.seed);
+      FilmedViews::Create(observing.garment, board, take.body, first.vertices_mm, observing.seed);
   if (!views.ok())
     return absl::Status(views.status().code(), absl::StrCat(take.name(), ": ", views.status().message()));
-  absl::StatusOr<ClothTake> own = take.OpenAgain();
-  if (!own.ok()) return own.status();
-  return std::make_unique<FilmedTake>(*std::move(own), *std::move(views), std::move(rig));
+  WEFT_ASSIGN_OR_RETURN(ClothTake own, take.OpenAgain());
+  return std::make_unique<FilmedTake>(std::move(own), *std::move(views), std::move(rig));
 }
 
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& take, Rig rig) {
   const std::string board_path = FileOfTake(take, "board.json");
-  const absl::StatusOr<Board> board = ReadBoard(board_path);
-  if (!board.ok()) return board.status();
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(board_path));
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok())
     return absl::Status(index.status().code(), absl::StrCat(board_path, ": ", index.status().message()));
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(take.folder, rig);
-  if (!dump.ok()) return dump.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump, OpenDump(take.folder, rig));
   std::vector<size_t> positions;
-  const std::vector<std::string>& names = (*dump)->frame_names();
+  const std::vector<std::string>& names = dump->frame_names();
   for (const std::string& frame : take.frame_names()) {
     const auto at = std::find(names.begin(), names.end(), frame);
     if (at == names.end())
@@ -121,7 +115,7 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& t
           absl::StrCat(take.folder, ": has no pictures of frame ", frame, " of its truth"));
     positions.push_back(static_cast<size_t>(at - names.begin()));
   }
-  return std::make_unique<DecodedTake>(std::move(rig), *std::move(index), *std::move(dump),
+  return std::make_unique<DecodedTake>(std::move(rig), *std::move(index), std::move(dump),
                                        std::move(positions));
 }
 
@@ -172,11 +166,9 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, int c
     return ObservePictures(take, EvenlyChosen(*rig, wanted));
   }
   if (rig.ok() && rig->cameras.size() == wanted) return ObserveFrom(take, *rig, observing);
-  const absl::StatusOr<ClothFrame> first = take.Read(0);
-  if (!first.ok()) return first.status();
-  absl::StatusOr<Rig> around = DrivingRig(cameras, first->vertices_mm, observing.seed);
-  if (!around.ok()) return around.status();
-  return ObserveFrom(take, *std::move(around), observing);
+  WEFT_ASSIGN_OR_RETURN(const ClothFrame first, take.Read(0));
+  WEFT_ASSIGN_OR_RETURN(Rig around, DrivingRig(cameras, first.vertices_mm, observing.seed));
+  return ObserveFrom(take, std::move(around), observing);
 }
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/observed_take.h"
@@ -15,11 +16,9 @@ namespace weft {
 absl::StatusOr<std::optional<PixelAvatar>> ReadBaseline(const std::string& path, const Template& garment,
                                                         const std::string& garment_path) {
   if (path.empty()) return std::nullopt;
-  absl::StatusOr<PixelAvatarFile> read = ReadPixelAvatar(path);
-  if (!read.ok()) return read.status();
-  if (absl::Status status = CheckAvatarFits(read->about, path, garment, garment_path); !status.ok())
-    return status;
-  return std::move(read->avatar);
+  WEFT_ASSIGN_OR_RETURN(PixelAvatarFile read, ReadPixelAvatar(path));
+  WEFT_RETURN_IF_ERROR(CheckAvatarFits(read.about, path, garment, garment_path));
+  return std::move(read.avatar);
 }
 
 absl::Status PaperBaseline::Begin(int cameras) {

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "animation/paper/pixel_driver.h"
 #include "animation/sparse_view/net_correction.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/net_sample.h"
@@ -18,8 +19,7 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
     return absl::InvalidArgumentError(absl::StrCat(PathInAvatar(folder, kAvatarFile), ": net is missing"));
   absl::Status status = CheckAvatarBytes(about, bytes, folder);
   if (!status.ok()) return status;
-  const absl::StatusOr<std::vector<AvatarTable>> tables = DecodeAvatarSpace(bytes.space, space_path);
-  if (!tables.ok()) return tables.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<AvatarTable> tables, DecodeAvatarSpace(bytes.space, space_path));
   PixelAvatarFile out;
   out.avatar.template_hash = about.template_hash();
   out.avatar.board_hash = about.board_hash();
@@ -29,10 +29,9 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
   out.avatar.held_out_frames = about.held_out_frames();
   out.avatar.left_mm = about.left_mm();
   out.avatar.seed = about.training().seed();
-  absl::StatusOr<AvatarNet> net = NetOfBytes(about.net(), std::move(bytes), folder);
-  if (!net.ok()) return net.status();
-  out.avatar.net = *std::move(net);
-  status = TakeTables(*tables, &out.avatar);
+  WEFT_ASSIGN_OR_RETURN(AvatarNet net, NetOfBytes(about.net(), std::move(bytes), folder));
+  out.avatar.net = std::move(net);
+  status = TakeTables(tables, &out.avatar);
   if (status.ok()) status = out.avatar.Validate();
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat(space_path, ": ", std::string(status.message())));
@@ -42,13 +41,10 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
 
 absl::StatusOr<PixelAvatarFile> ReadPixelAvatar(const std::string& path) {
   const std::string folder = AvatarFolderOf(path);
-  const absl::StatusOr<std::string> json = ReadAvatarJson(folder);
-  if (!json.ok()) return json.status();
-  absl::StatusOr<v1::Avatar> about = ParseAvatar(*json, PathInAvatar(folder, kAvatarFile), kPixelKind);
-  if (!about.ok()) return about.status();
-  absl::StatusOr<AvatarBytes> bytes = ReadAvatarBytes(*about, folder);
-  if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<PixelAvatarFile> out = AssemblePixelAvatar(*std::move(about), *std::move(bytes), folder);
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ReadAvatarJson(folder));
+  WEFT_ASSIGN_OR_RETURN(v1::Avatar about, ParseAvatar(json, PathInAvatar(folder, kAvatarFile), kPixelKind));
+  WEFT_ASSIGN_OR_RETURN(AvatarBytes bytes, ReadAvatarBytes(about, folder));
+  absl::StatusOr<PixelAvatarFile> out = AssemblePixelAvatar(std::move(about), std::move(bytes), folder);
   if (!out.ok()) return out;
   if (absl::Status status = CheckNet(out->avatar.net, kPixelAnswers); !status.ok())
     return absl::InvalidArgumentError(
@@ -58,22 +54,19 @@ absl::StatusOr<PixelAvatarFile> ReadPixelAvatar(const std::string& path) {
 
 absl::StatusOr<v1::Avatar> ReadAnyAvatar(const std::string& path) {
   const std::string folder = AvatarFolderOf(path);
-  const absl::StatusOr<std::string> json = ReadAvatarJson(folder);
-  if (!json.ok()) return json.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ReadAvatarJson(folder));
   // The kind alone: who reads the avatar checks the rest, and says what is wrong with it.
   v1::Avatar told;
-  if (ParseJson(*json, PathInAvatar(folder, kAvatarFile), told).ok() && told.kind() == kPixelKind) {
-    absl::StatusOr<PixelAvatarFile> read = ReadPixelAvatar(path);
-    if (!read.ok()) return read.status();
-    return std::move(read->about);
+  if (ParseJson(json, PathInAvatar(folder, kAvatarFile), told).ok() && told.kind() == kPixelKind) {
+    WEFT_ASSIGN_OR_RETURN(PixelAvatarFile read, ReadPixelAvatar(path));
+    return std::move(read.about);
   }
-  absl::StatusOr<AvatarFile> read = ReadAvatar(path);
-  if (!read.ok()) return read.status();
-  return std::move(read->about);
+  WEFT_ASSIGN_OR_RETURN(AvatarFile read, ReadAvatar(path));
+  return std::move(read.about);
 }
 
 absl::Status WritePixelAvatar(const std::string& folder, v1::Avatar about, const PixelAvatar& avatar) {
-  if (absl::Status status = avatar.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(avatar.Validate());
   about.set_kind(kPixelKind);
   about.set_made_by("weft " WEFT_VERSION);
   about.set_template_hash(avatar.template_hash);

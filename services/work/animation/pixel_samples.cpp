@@ -13,6 +13,7 @@
 #include "animation/sparse_view/sparse_view_driver.h"
 #include "animation/sparse_view/sparse_view_training.h"
 #include "base/counter_random.h"
+#include "base/status_macros.h"
 #include "services/work/animation/cloth_take.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/sample_writer.h"
@@ -49,24 +50,20 @@ class PixelSampleMaker {
 
   absl::Status Run(const PixelRun& run, ClothTake& take, const std::stop_token& stop,
                    std::string* out) const {
-    const auto seen = ObserveTake(take, kPixelCameras, {garment_, request_.seed});
-    if (!seen.ok()) return seen.status();
+    WEFT_ASSIGN_OR_RETURN(const auto seen, ObserveTake(take, kPixelCameras, {garment_, request_.seed}));
     GraphTracker tracker(graph_, avatar_.prior, {});
     for (int f = run.first; f < run.last; f += run.every) {
       if (stop.stop_requested()) return absl::CancelledError("the making of samples was stopped");
-      const absl::StatusOr<ClothFrame> truth = take.Read(f);
-      if (!truth.ok()) return truth.status();
-      const auto found = (*seen)->Look(f, *truth);
-      if (!found.ok()) return found.status();
-      const std::vector<DrivingView> views = DrivingViewsOf(*found, (*seen)->rig());
-      const auto rays = RaysOf(views, nodes_, SparseViewOptions().cloth_sigma_px);
-      if (!rays.ok()) return rays.status();
-      const TrackedGraph track = tracker.Follow(*rays);
+      WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(f));
+      WEFT_ASSIGN_OR_RETURN(const auto found, seen->Look(f, truth));
+      const std::vector<DrivingView> views = DrivingViewsOf(found, seen->rig());
+      WEFT_ASSIGN_OR_RETURN(const auto rays, RaysOf(views, nodes_, SparseViewOptions().cloth_sigma_px));
+      const TrackedGraph track = tracker.Follow(rays);
       if (track.lost) continue;
       const std::vector<Eigen::Vector3d> carrier = tracker.MeshOf(track.state);
       const std::array<uint32_t, 4> about = {run.split, static_cast<uint32_t>(run.take),
                                              static_cast<uint32_t>(f), kPixelCameras};
-      Append(about, views, carrier, truth->vertices_mm, out);
+      Append(about, views, carrier, truth.vertices_mm, out);
       const std::vector<Eigen::Vector3d> normals = VertexNormals(carrier, garment_.rest.faces);
       for (int k = 0; run.split == kLearnt && k < request_.displaced; ++k) {
         const uint64_t key = KeyOf(request_.seed, absl::StrCat(take.name(), " ", f, " ", k));
@@ -74,7 +71,7 @@ class PixelSampleMaker {
         std::vector<Eigen::Vector3d> displaced = carrier;
         for (size_t v = 0; v < displaced.size(); ++v)
           displaced[v] += static_cast<double>(by[static_cast<Eigen::Index>(v)]) * normals[v];
-        Append(about, views, displaced, truth->vertices_mm, out);
+        Append(about, views, displaced, truth.vertices_mm, out);
       }
     }
     return absl::OkStatus();
@@ -131,9 +128,8 @@ absl::Status CheckFixedCameras(TrainingTakes& takes, uint64_t seed) {
   std::string first;
   for (int t = 0; t < takes.size(); ++t) {
     ClothTake& take = takes.take(t);
-    const auto seen = ObserveTake(take, kPixelCameras, {takes.garment(), seed});
-    if (!seen.ok()) return seen.status();
-    const std::string hash = (*seen)->rig().ContentHash();
+    WEFT_ASSIGN_OR_RETURN(const auto seen, ObserveTake(take, kPixelCameras, {takes.garment(), seed}));
+    const std::string hash = seen->rig().ContentHash();
     if (t > 0 && hash != first)
       return absl::FailedPreconditionError(absl::StrCat(
           take.name(), " is seen by other cameras than ", takes.take(0).name(), " (", hash, " and ", first,
@@ -149,15 +145,12 @@ absl::Status MakePixelSamples(TrainingTakes& takes, const PixelAvatar& avatar,
                               const std::function<void(double share)>& on_progress,
                               const std::stop_token& stop) {
   const Template& garment = takes.garment();
-  const absl::StatusOr<Atlas> atlas = Atlas::Build(garment, request.atlas);
-  if (!atlas.ok()) return atlas.status();
+  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, request.atlas));
   const MeshGraph mesh_graph = BuildMeshGraph(garment.rest);
-  const absl::StatusOr<DeformationGraph> graph =
-      BuildDeformationGraph(garment.rest, mesh_graph, avatar.graph);
-  if (!graph.ok()) return graph.status();
-  absl::StatusOr<Eigen::MatrixXf> functions = SmoothFunctions(mesh_graph, kSmoothFunctions);
-  if (!functions.ok()) return functions.status();
-  const PixelSampleMaker maker(request, garment, avatar, *graph, *atlas, *std::move(functions));
+  WEFT_ASSIGN_OR_RETURN(const DeformationGraph graph,
+                        BuildDeformationGraph(garment.rest, mesh_graph, avatar.graph));
+  WEFT_ASSIGN_OR_RETURN(Eigen::MatrixXf functions, SmoothFunctions(mesh_graph, kSmoothFunctions));
+  const PixelSampleMaker maker(request, garment, avatar, graph, atlas, std::move(functions));
   const std::vector<TrainingTake> told = takes.Frames().takes;
   std::vector<PixelRun> runs;
   for (size_t t = 0; t < told.size(); ++t) {

@@ -15,6 +15,7 @@
 #include "animation/paper/pixel_driver.h"
 #include "animation/rays/evidence.h"
 #include "animation/rays/ray_polish.h"
+#include "base/status_macros.h"
 #include "evaluation/driving_score.h"
 #include "figure/motion_generator.h"
 #include "services/formats/files/atomic_file.h"
@@ -87,10 +88,8 @@ class AvatarScorer {
         continue;
       }
       if (!seen.ok()) return seen.status();
-      if (absl::Status status = Drive(take, split, cameras, **seen, !knows_shapes, on_frame); !status.ok())
-        return status;
-      if (scoring_.films && !has_pictures)
-        if (absl::Status status = DriveImitated(take, split, cameras); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Drive(take, split, cameras, **seen, !knows_shapes, on_frame));
+      if (scoring_.films && !has_pictures) WEFT_RETURN_IF_ERROR(DriveImitated(take, split, cameras));
       knows_shapes = true;
     }
     if (!scoring_.with_trials || has_pictures) return absl::OkStatus();
@@ -106,49 +105,43 @@ class AvatarScorer {
  private:
   absl::Status Drive(ClothTake& take, const std::string& split, int cameras, ObservedTake& seen,
                      bool with_shapes, const std::function<void()>& on_frame) {
-    absl::StatusOr<TimedDriver> driver = TimedDriver::Create(garment_, avatar_, driving_);
-    if (!driver.ok()) return driver.status();
+    WEFT_ASSIGN_OR_RETURN(TimedDriver driver, TimedDriver::Create(garment_, avatar_, driving_));
     ScoreTable sums;  // of this take: trembling is measured within takes
     std::optional<SkinnedBaseline> skinned;
-    if (absl::Status status = paper_.Begin(cameras); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(paper_.Begin(cameras));
     bool follows = false;
     const FrameRange frames = FramesOf(take);
     const auto first = static_cast<int>(frames.first);
     for (int k = first; k < static_cast<int>(frames.end); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
-      const absl::StatusOr<ClothFrame> truth = take.Read(k);
-      if (!truth.ok()) return truth.status();
-      const absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
-      if (!views.ok()) return views.status();
-      const FrameInView frame{*truth, *views,  seen.rig(), DirectionsOf(*views, seen.rig(), garment_, nodes_),
-                              split,  cameras, k > first};
+      WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(k));
+      WEFT_ASSIGN_OR_RETURN(const std::vector<ViewObservations> views, seen.Look(k, truth));
+      const FrameInView frame{truth, views,   seen.rig(), DirectionsOf(views, seen.rig(), garment_, nodes_),
+                              split, cameras, k > first};
       absl::Status status;
       if (with_shapes) status.Update(AddShapes(frame, sums));
       std::vector<double> ms;
-      const absl::StatusOr<DrivenFrame> driven = driver->Drive(truth->time_ns, *views, seen.rig(), ms);
-      if (!driven.ok()) return driven.status();
+      WEFT_ASSIGN_OR_RETURN(const DrivenFrame driven, driver.Drive(truth.time_ns, views, seen.rig(), ms));
       for (const char* method : {kCarrier, kDriven})
-        sums.At(split, cameras, method).lost_frames += driven->lost ? 1 : 0;
-      if (!driven->lost) {
-        status.Update(AddMesh(frame, kCarrier, driven->carrier_mm, {}, follows, sums));
-        if (!driven->uncorrected_mm.empty())
-          status.Update(AddMesh(frame, kWithoutNet, driven->uncorrected_mm, {}, follows, sums));
-        status.Update(
-            AddMesh(frame, kDriven, driven->mesh.vertices_mm, driven->mesh.sigma_mm, follows, sums));
-        AddBySeams(driven->mesh.vertices_mm, truth->vertices_mm, sums.At(split, cameras, kDriven));
-        if (!scoring_.meshes.empty()) status.Update(WriteMeshes(take, cameras, k, *driven, *truth));
-        if (cameras >= kCamerasToRegister) status.Update(AddRegistered(frame, driven->mesh, sums));
+        sums.At(split, cameras, method).lost_frames += driven.lost ? 1 : 0;
+      if (!driven.lost) {
+        status.Update(AddMesh(frame, kCarrier, driven.carrier_mm, {}, follows, sums));
+        if (!driven.uncorrected_mm.empty())
+          status.Update(AddMesh(frame, kWithoutNet, driven.uncorrected_mm, {}, follows, sums));
+        status.Update(AddMesh(frame, kDriven, driven.mesh.vertices_mm, driven.mesh.sigma_mm, follows, sums));
+        AddBySeams(driven.mesh.vertices_mm, truth.vertices_mm, sums.At(split, cameras, kDriven));
+        if (!scoring_.meshes.empty()) status.Update(WriteMeshes(take, cameras, k, driven, truth));
+        if (cameras >= kCamerasToRegister) status.Update(AddRegistered(frame, driven.mesh, sums));
       }
       ScoreTally& sum = sums.At(split, cameras, kDriven);
       sum.ms.insert(sum.ms.end(), ms.begin(), ms.end());
-      sum.AddViews(*views);
-      const bool skins = truth->pose.has_value() && cameras <= kCamerasToSkin;
-      if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth->vertices_mm, *truth->pose);
+      sum.AddViews(views);
+      const bool skins = truth.pose.has_value() && cameras <= kCamerasToSkin;
+      if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth.vertices_mm, truth->pose);
       if (skins) status.Update(AddSkinned(frame, *skinned, sums));
-      status.Update(
-          paper_.Add({*truth, *views, frame.rig, frame.rays, k > first}, split, "", driving_, sums));
+      status.Update(paper_.Add({truth, views, frame.rig, frame.rays, k > first}, split, "", driving_, sums));
       if (!status.ok()) return status;
-      follows = !driven->lost;
+      follows = !driven.lost;
       if (on_frame) on_frame();
     }
     table_ += sums;
@@ -159,11 +152,10 @@ class AvatarScorer {
   // The same frames with the decoder imitated.
   absl::Status DriveImitated(ClothTake& take, const std::string& split, int cameras) {
     const Observing imitating{garment_, scoring_.seed};
-    const auto seen = ObserveTake(take, cameras, imitating);
-    if (!seen.ok()) return seen.status();
+    WEFT_ASSIGN_OR_RETURN(const auto seen, ObserveTake(take, cameras, imitating));
     DrivingTrial trial;
     trial.tally_of = [&](int) { return &table_.At(split, cameras, kImitated); };
-    return trials_.Drive(take, **seen, FramesOf(take), trial);
+    return trials_.Drive(take, *seen, FramesOf(take), trial);
   }
 
   absl::Status AddMesh(const FrameInView& frame, const char* method,
@@ -199,11 +191,11 @@ class AvatarScorer {
   absl::Status AddSkinned(const FrameInView& frame, const SkinnedBaseline& skinned, ScoreTable& sums) {
     const std::vector<Eigen::Vector3d> carrier = skinned.MeshIn(*frame.truth.pose);
     absl::Status status = AddMesh(frame, kSkinned, carrier, {}, frame.follows, sums);
-    const absl::StatusOr<std::vector<VertexRay>> rays =
-        RaysOf(DrivingViewsOf(frame.views, frame.rig), nodes_, SparseViewOptions().cloth_sigma_px);
-    if (!rays.ok()) return rays.status();
+    WEFT_ASSIGN_OR_RETURN(
+        const std::vector<VertexRay> rays,
+        RaysOf(DrivingViewsOf(frame.views, frame.rig), nodes_, SparseViewOptions().cloth_sigma_px));
     absl::StatusOr<PolishedMesh> polished;
-    driving_.execute([&] { polished = skinned_polish_.Polish(carrier, carrier, *rays); });
+    driving_.execute([&] { polished = skinned_polish_.Polish(carrier, carrier, rays); });
     if (!polished.ok()) return polished.status();
     status.Update(AddMesh(frame, kSkinnedPolished, polished->position_mm, {}, frame.follows, sums));
     return status;
@@ -268,27 +260,20 @@ absl::Status AvatarScoring::Validate() const {
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,
                                                  const std::stop_token& stop) {
-  if (absl::Status status = scoring.Validate(); !status.ok()) return status;
-  const absl::StatusOr<AvatarFile> avatar = ReadAvatar(scoring.avatar);
-  if (!avatar.ok()) return avatar.status();
+  WEFT_RETURN_IF_ERROR(scoring.Validate());
+  WEFT_ASSIGN_OR_RETURN(const AvatarFile avatar, ReadAvatar(scoring.avatar));
   std::vector<ClothSource> sources;
   v1::AvatarEvaluation out;
   out.set_avatar(scoring.avatar);
   for (const std::string& folder : scoring.sources) {
-    absl::StatusOr<ClothSource> source = OpenClothSource(folder, scoring.fps);
-    if (!source.ok()) return source.status();
-    if (source->is_dataset)
-      if (absl::Status status = AddChaosFloor(folder, out); !status.ok()) return status;
-    sources.push_back(*std::move(source));
+    WEFT_ASSIGN_OR_RETURN(ClothSource source, OpenClothSource(folder, scoring.fps));
+    if (source.is_dataset) WEFT_RETURN_IF_ERROR(AddChaosFloor(folder, out));
+    sources.push_back(std::move(source));
   }
-  const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, scoring.garment);
-  if (!garment.ok()) return garment.status();
-  if (absl::Status status = CheckAvatarFits(avatar->about, scoring.avatar, garment->garment, garment->path);
-      !status.ok())
-    return status;
-  out.set_template_hash(avatar->about.template_hash());
-  const auto baseline = ReadBaseline(scoring.baseline, garment->garment, garment->path);
-  if (!baseline.ok()) return baseline.status();
+  WEFT_ASSIGN_OR_RETURN(const SharedTemplate garment, TemplateOfSources(sources, scoring.garment));
+  WEFT_RETURN_IF_ERROR(CheckAvatarFits(avatar.about, scoring.avatar, garment.garment, garment.path));
+  out.set_template_hash(avatar.about.template_hash());
+  WEFT_ASSIGN_OR_RETURN(const auto baseline, ReadBaseline(scoring.baseline, garment.garment, garment.path));
 
   std::vector<ClothTake*> takes;
   for (ClothSource& source : sources)
@@ -304,11 +289,10 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   if (takes.empty())
     return absl::NotFoundError(absl::StrCat(scoring.sources.front(), ": has no complete take of the splits ",
                                             absl::StrJoin(scoring.splits, ", ")));
-  absl::StatusOr<std::vector<bool>> near_seams =
-      VerticesNearSeams(garment->garment, avatar->avatar.net.atlas, kTexelsOfSeam);
-  if (!near_seams.ok()) return near_seams.status();
-  AvatarScorer scorer(scoring, avatar->avatar, *baseline ? &**baseline : nullptr, garment->garment,
-                      *std::move(near_seams), stop);
+  WEFT_ASSIGN_OR_RETURN(std::vector<bool> near_seams,
+                        VerticesNearSeams(garment.garment, avatar.avatar.net.atlas, kTexelsOfSeam));
+  AvatarScorer scorer(scoring, avatar.avatar, baseline ? &*baseline : nullptr, garment.garment,
+                      std::move(near_seams), stop);
   size_t all = 0, done = 0;
   for (const ClothTake* take : takes) {
     const FrameRange frames = scorer.FramesOf(*take);
@@ -322,11 +306,11 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
     const auto one_more = [&] {
       if (on_frame) on_frame(++done, all);
     };
-    if (absl::Status status = scorer.Score(*take, one_more, remarks); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(scorer.Score(*take, one_more, remarks));
   }
   scorer.table().WriteTo(scoring.threads, out);
   for (const std::string& remark : remarks) out.add_remarks(remark);
-  AddAvatarGoals(avatar->about, out);
+  AddAvatarGoals(avatar.about, out);
   return out;
 }
 

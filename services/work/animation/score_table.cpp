@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/median.h"
+#include "base/status_macros.h"
 #include "services/formats/synthetic/dataset_file.h"
 
 namespace weft {
@@ -84,11 +85,9 @@ void ScoreTable::WriteTo(int threads, v1::AvatarEvaluation& out) const {
 }
 
 absl::Status AddChaosFloor(const std::string& folder, v1::AvatarEvaluation& out) {
-  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
-  if (!dataset.ok()) return dataset.status();
-  const absl::StatusOr<std::vector<TakeFloor>> floor = MeasureFloor(*dataset, folder);
-  if (!floor.ok()) return floor.status();
-  for (const TakeFloor& take : *floor) {
+  WEFT_ASSIGN_OR_RETURN(const v1::Dataset dataset, ReadDatasetFile(folder));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<TakeFloor> floor, MeasureFloor(dataset, folder));
+  for (const TakeFloor& take : floor) {
     v1::AvatarFloor& to = *out.add_floor();
     to.set_take(take.take);
     to.set_frames(take.frames);

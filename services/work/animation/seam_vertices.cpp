@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "base/status_macros.h"
+
 namespace weft {
 namespace {
 
@@ -20,14 +22,12 @@ bool SeesSeam(const Atlas& atlas, int row, int column, int texels) {
 
 absl::StatusOr<std::vector<bool>> VerticesNearSeams(const Template& garment, const AtlasOptions& options,
                                                     int texels) {
-  const absl::StatusOr<Atlas> atlas = Atlas::Build(garment, options);
-  if (!atlas.ok()) return atlas.status();
-  AtlasImage image{1, atlas->height(), atlas->width(), {}};
+  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, options));
+  AtlasImage image{1, atlas.height(), atlas.width(), {}};
   for (int r = 0; r < image.height; ++r)
-    for (int c = 0; c < image.width; ++c)
-      image.values.push_back(SeesSeam(*atlas, r, c, texels) ? 1.0f : 0.0f);
+    for (int c = 0; c < image.width; ++c) image.values.push_back(SeesSeam(atlas, r, c, texels) ? 1.0f : 0.0f);
   std::vector<bool> out;
-  for (const float share : atlas->Scatter(std::move(image))) out.push_back(share > 0.5f);
+  for (const float share : atlas.Scatter(std::move(image))) out.push_back(share > 0.5f);
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include "services/work/animation/timed_driver.h"
 
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/animation/observed_take.h"
 
@@ -7,9 +8,8 @@ namespace weft {
 
 absl::StatusOr<TimedDriver> TimedDriver::Create(const Template& garment, const SparseViewAvatar& avatar,
                                                 tbb::task_arena& arena) {
-  absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment, avatar);
-  if (!driver.ok()) return driver.status();
-  return TimedDriver(*std::move(driver), arena);
+  WEFT_ASSIGN_OR_RETURN(SparseViewDriver driver, SparseViewDriver::Create(garment, avatar));
+  return TimedDriver(std::move(driver), arena);
 }
 
 absl::StatusOr<DrivenFrame> TimedDriver::Drive(int64_t time_ns, const std::vector<ViewObservations>& seen,

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "services/work/animation/net_samples.h"
 #include "services/work/animation/training_folder.h"
 #include "services/work/animation/training_takes.h"
@@ -41,12 +42,12 @@ absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& re
     samples.atlas = asked.atlas;
     samples.seed = request.training.seed;
     samples.out = path(kSamplesFile);
-    if (absl::Status status = MakeNetSamples(takes, samples, on_progress, stop); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(MakeNetSamples(takes, samples, on_progress, stop));
   }
   if (!fs::exists(path(kTrainingFile), error)) {
     const NetTask task{NetKind::kCorrection, path(kSamplesFile),    folder,       asked.steps,
                        asked.hours,          request.training.seed, asked.threads};
-    if (absl::Status status = asked.trainer(task, stop); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(asked.trainer(task, stop));
   }
   return ReadTrainedNet(folder, asked.atlas, training);
 }
@@ -72,42 +73,36 @@ std::string WhyLeftOut(const std::array<NetGain, SigmaScale::kCameras>& gains) {
 
 absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const OnProgress& on_progress,
                                           const std::stop_token& stop) {
-  if (absl::Status status = request.training.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckAvatarPlace(request.out); !status.ok()) return status;
-  absl::StatusOr<TrainingTakes> takes =
-      TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps);
-  if (!takes.ok()) return takes.status();
-  absl::StatusOr<v1::Avatar> about = DescribeSources(*takes);
-  if (!about.ok()) return about.status();
-  const Template& garment = takes->garment();
+  WEFT_RETURN_IF_ERROR(request.training.Validate());
+  WEFT_RETURN_IF_ERROR(CheckAvatarPlace(request.out));
+  WEFT_ASSIGN_OR_RETURN(TrainingTakes takes,
+                        TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps));
+  WEFT_ASSIGN_OR_RETURN(v1::Avatar about, DescribeSources(takes));
+  const Template& garment = takes.garment();
   const std::string folder = TrainingFolderOf(request.out);
   AvatarNet net;
   if (request.net) {
-    if (absl::Status status = BeginTrainingFolder(folder, RecipeOf(*about, garment, request)); !status.ok())
-      return status;
-    absl::StatusOr<AvatarNet> trained =
-        TrainNet(*takes, request, folder, on_progress, stop, about->mutable_net()->mutable_training());
-    if (!trained.ok()) return trained.status();
-    net = *std::move(trained);
+    WEFT_RETURN_IF_ERROR(BeginTrainingFolder(folder, RecipeOf(about, garment, request)));
+    WEFT_ASSIGN_OR_RETURN(AvatarNet trained, TrainNet(takes, request, folder, on_progress, stop,
+                                                      about.mutable_net()->mutable_training()));
+    net = std::move(trained);
   }
-  const TrainingFrames frames = takes->Frames();
-  absl::StatusOr<SparseViewAvatar> avatar =
-      LearnSparseView(garment, frames, request.training, on_progress, stop);
-  if (!avatar.ok()) return avatar.status();
-  avatar->net = std::move(net);
-  absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
+  const TrainingFrames frames = takes.Frames();
+  WEFT_ASSIGN_OR_RETURN(SparseViewAvatar avatar,
+                        LearnSparseView(garment, frames, request.training, on_progress, stop));
+  avatar.net = std::move(net);
+  absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &avatar);
   if (!status.ok()) return status;
   std::string remark;
-  if (request.net && avatar->net.empty()) remark = WhyLeftOut(avatar->net.gain);
+  if (request.net && avatar.net.empty()) remark = WhyLeftOut(avatar.net.gain);
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-  if (status = WriteAvatar(request.out, *std::move(about), *avatar); !status.ok()) return status;
+  if (status = WriteAvatar(request.out, std::move(about), avatar); !status.ok()) return status;
   if (request.net && !request.net->keep) {
     std::error_code ignored;  // it has served
     fs::remove_all(folder, ignored);
   }
-  absl::StatusOr<AvatarFile> file = ReadAvatar(request.out);
-  if (!file.ok()) return file.status();
-  return TrainedAvatar{*std::move(file), std::move(remark)};
+  WEFT_ASSIGN_OR_RETURN(AvatarFile file, ReadAvatar(request.out));
+  return TrainedAvatar{std::move(file), std::move(remark)};
 }
 
 }  // namespace weft

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/work/animation/graph_poses.h"
 #include "services/work/animation/training_takes.h"
@@ -45,32 +46,29 @@ class PixelTraining {
   // The graph's prior, and what the graph leaves.
   absl::Status LearnPrior(PixelAvatar* avatar) {
     const Template& garment = takes_.garment();
-    const auto graph = BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), request_.graph);
-    if (!graph.ok()) return graph.status();
-    std::vector<float> unit = PoseUnits(*graph, kPoseUnitMm);
+    WEFT_ASSIGN_OR_RETURN(const auto graph,
+                          BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), request_.graph));
+    std::vector<float> unit = PoseUnits(graph, kPoseUnitMm);
     if (!Exists(kLeftFile)) {
-      const auto poses = FitGraphPoses(takes_, *graph, request_.fit, request_.every, StageOf("graph"), stop_);
-      if (!poses.ok()) return poses.status();
-      absl::Status status = WriteFileAtomically(Path(kPosesFile), EncodePriorTask(*graph, unit, *poses));
-      if (status.ok()) status = WriteFileAtomically(Path(kLeftFile), absl::StrCat(poses->learnt_left_mm));
+      WEFT_ASSIGN_OR_RETURN(const auto poses, FitGraphPoses(takes_, graph, request_.fit, request_.every,
+                                                            StageOf("graph"), stop_));
+      absl::Status status = WriteFileAtomically(Path(kPosesFile), EncodePriorTask(graph, unit, poses));
+      if (status.ok()) status = WriteFileAtomically(Path(kLeftFile), absl::StrCat(poses.learnt_left_mm));
       if (!status.ok()) return status;
     }
-    const absl::StatusOr<std::string> left = ReadWholeFile(Path(kLeftFile));
-    if (!left.ok()) return left.status();
-    if (!absl::SimpleAtod(*left, &avatar->left_mm))
+    WEFT_ASSIGN_OR_RETURN(const std::string left, ReadWholeFile(Path(kLeftFile)));
+    if (!absl::SimpleAtod(left, &avatar->left_mm))
       return absl::DataLossError(
           absl::StrCat(Path(kLeftFile), ": is no number; remove the folder ", folder_));
     if (!Exists(kPriorFile)) {
       const int64_t steps = std::max<int64_t>(1, request_.steps / 2);
       const NetTask task{NetKind::kPrior, Path(kPosesFile), folder_, steps, 0,
                          request_.seed,   request_.threads};
-      if (absl::Status status = request_.trainer(task, stop_); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(request_.trainer(task, stop_));
     }
-    const absl::StatusOr<std::string> bytes = ReadWholeFile(Path(kPriorFile));
-    if (!bytes.ok()) return bytes.status();
-    absl::StatusOr<GraphPrior> prior = DecodePrior(*bytes, std::move(unit), Path(kPriorFile));
-    if (!prior.ok()) return prior.status();
-    avatar->prior = *std::move(prior);
+    WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(Path(kPriorFile)));
+    WEFT_ASSIGN_OR_RETURN(GraphPrior prior, DecodePrior(bytes, std::move(unit), Path(kPriorFile)));
+    avatar->prior = std::move(prior);
     return absl::OkStatus();
   }
 
@@ -79,18 +77,15 @@ class PixelTraining {
       PixelSampleRequest samples = request_.samples;
       samples.seed = request_.seed;
       samples.out = Path(kSamplesFile);
-      if (absl::Status status = MakePixelSamples(takes_, *avatar, samples, StageOf("samples"), stop_);
-          !status.ok())
-        return status;
+      WEFT_RETURN_IF_ERROR(MakePixelSamples(takes_, *avatar, samples, StageOf("samples"), stop_));
     }
     if (!Exists(kTrainingFile)) {
       const NetTask task{NetKind::kPixels, Path(kSamplesFile), folder_,         request_.steps,
                          request_.hours,   request_.seed,      request_.threads};
-      if (absl::Status status = request_.trainer(task, stop_); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(request_.trainer(task, stop_));
     }
-    absl::StatusOr<AvatarNet> net = ReadTrainedNet(folder_, request_.samples.atlas, training);
-    if (!net.ok()) return net.status();
-    avatar->net = *std::move(net);
+    WEFT_ASSIGN_OR_RETURN(AvatarNet net, ReadTrainedNet(folder_, request_.samples.atlas, training));
+    avatar->net = std::move(net);
     return absl::OkStatus();
   }
 
@@ -123,15 +118,13 @@ absl::StatusOr<PixelAvatarFile> TrainPixelAvatar(
   if (status.ok()) status = request.fit.Validate();
   if (status.ok()) status = CheckAvatarPlace(request.out);
   if (!status.ok()) return status;
-  absl::StatusOr<TrainingTakes> takes =
-      TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps);
-  if (!takes.ok()) return takes.status();
-  if (status = CheckFixedCameras(*takes, request.seed); !status.ok()) return status;
-  absl::StatusOr<v1::Avatar> about = DescribeSources(*takes);
-  if (!about.ok()) return about.status();
-  const Template& garment = takes->garment();
+  WEFT_ASSIGN_OR_RETURN(TrainingTakes takes,
+                        TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps));
+  if (status = CheckFixedCameras(takes, request.seed); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(v1::Avatar about, DescribeSources(takes));
+  const Template& garment = takes.garment();
   const std::string folder = TrainingFolderOf(request.out);
-  if (status = BeginTrainingFolder(folder, RecipeOfPixels(*about, garment, request)); !status.ok())
+  if (status = BeginTrainingFolder(folder, RecipeOfPixels(about, garment, request)); !status.ok())
     return status;
   PixelAvatar avatar;
   avatar.template_hash = garment.ContentHash();
@@ -139,18 +132,18 @@ absl::StatusOr<PixelAvatarFile> TrainPixelAvatar(
   avatar.vertices = static_cast<int>(garment.rest.vertices_mm.size());
   avatar.seed = request.seed;
   avatar.graph = request.graph;
-  const std::vector<TrainingTake> told = takes->Frames().takes;
+  const std::vector<TrainingTake> told = takes.Frames().takes;
   avatar.fps = told.front().fps;
   for (size_t t = 0; t < told.size(); ++t) {
     avatar.training_frames += LearntFrames(told, t);
     avatar.held_out_frames += told[t].frames - LearntFrames(told, t);
   }
-  PixelTraining training(request, *takes, on_progress, stop);
+  PixelTraining training(request, takes, on_progress, stop);
   if (status = training.LearnPrior(&avatar); !status.ok()) return status;
-  if (status = training.LearnNet(&avatar, about->mutable_net()->mutable_training()); !status.ok())
+  if (status = training.LearnNet(&avatar, about.mutable_net()->mutable_training()); !status.ok())
     return status;
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-  if (status = WritePixelAvatar(request.out, *std::move(about), avatar); !status.ok()) return status;
+  if (status = WritePixelAvatar(request.out, std::move(about), avatar); !status.ok()) return status;
   if (!request.keep) {
     std::error_code ignored;  // it has served
     fs::remove_all(folder, ignored);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/animation/avatar_folder.h"
@@ -29,14 +30,13 @@ absl::StatusOr<v1::Avatar> DescribeSources(TrainingTakes& takes) {
   about.set_template_id(takes.garment().id);
   for (int t = 0; t < takes.size(); ++t) {
     const ClothTake& take = takes.take(t);
-    absl::StatusOr<std::string> hash = take.FramesHash();
-    if (!hash.ok()) return hash.status();
+    WEFT_ASSIGN_OR_RETURN(std::string hash, take.FramesHash());
     v1::AvatarSource& to = *about.add_sources();
     to.set_name(take.name());
     to.set_frames(take.frames());
     to.set_held_out(takes.is_held_out(t));
     to.set_motion(take.motion);
-    to.set_frames_hash(*std::move(hash));
+    to.set_frames_hash(std::move(hash));
   }
   return about;
 }
@@ -65,16 +65,13 @@ absl::Status BeginTrainingFolder(const std::string& folder, const std::string& r
 absl::StatusOr<AvatarNet> ReadTrainedNet(const std::string& folder, const AtlasOptions& atlas,
                                          v1::AvatarNetTraining* training) {
   const auto path = [&](const char* name) { return PathInTraining(folder, name); };
-  if (absl::Status status = ReadJsonFile(path(kTrainingFile), *training); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path(kTrainingFile), *training));
   AvatarNet out;
   out.atlas = atlas;
-  absl::StatusOr<std::string> onnx = ReadWholeFile(path(kAvatarNetFile));
-  if (!onnx.ok()) return onnx.status();
-  out.onnx = *std::move(onnx);
-  const absl::StatusOr<std::string> sample = ReadWholeFile(path(kAvatarSampleFile));
-  if (!sample.ok()) return sample.status();
-  if (absl::Status status = DecodeNetSample(*sample, path(kAvatarSampleFile), &out); !status.ok())
-    return status;
+  WEFT_ASSIGN_OR_RETURN(std::string onnx, ReadWholeFile(path(kAvatarNetFile)));
+  out.onnx = std::move(onnx);
+  WEFT_ASSIGN_OR_RETURN(const std::string sample, ReadWholeFile(path(kAvatarSampleFile)));
+  WEFT_RETURN_IF_ERROR(DecodeNetSample(sample, path(kAvatarSampleFile), &out));
   return out;
 }
 

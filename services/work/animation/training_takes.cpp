@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/status_macros.h"
 #include "simulation/dataset_presets.h"
 
 namespace weft {
@@ -10,9 +11,8 @@ namespace {
 absl::StatusOr<std::vector<ClothSource>> OpenSources(const std::vector<std::string>& folders, double fps) {
   std::vector<ClothSource> out;
   for (const std::string& folder : folders) {
-    absl::StatusOr<ClothSource> source = OpenClothSource(folder, fps);
-    if (!source.ok()) return source.status();
-    out.push_back(*std::move(source));
+    WEFT_ASSIGN_OR_RETURN(ClothSource source, OpenClothSource(folder, fps));
+    out.push_back(std::move(source));
   }
   return out;
 }
@@ -22,26 +22,23 @@ absl::StatusOr<std::vector<ClothSource>> OpenSources(const std::vector<std::stri
 absl::StatusOr<TrainingTakes> TrainingTakes::Open(const std::vector<std::string>& sources,
                                                   const std::vector<std::string>& held_out,
                                                   const std::string& garment, double fps) {
-  absl::StatusOr<std::vector<ClothSource>> learnt = OpenSources(sources, fps);
-  if (!learnt.ok()) return learnt.status();
-  absl::StatusOr<std::vector<ClothSource>> held = OpenSources(held_out, fps);
-  if (!held.ok()) return held.status();
-  absl::StatusOr<SharedTemplate> shared = TemplateOfSources(*learnt, garment);
-  if (!shared.ok()) return shared.status();
-  if (absl::Status status = TemplateOfSources(*held, shared->path).status(); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(std::vector<ClothSource> learnt, OpenSources(sources, fps));
+  WEFT_ASSIGN_OR_RETURN(std::vector<ClothSource> held, OpenSources(held_out, fps));
+  WEFT_ASSIGN_OR_RETURN(SharedTemplate shared, TemplateOfSources(learnt, garment));
+  WEFT_RETURN_IF_ERROR(TemplateOfSources(held, shared.path).status());
   TrainingTakes out;
-  out.garment_ = std::move(shared->garment);
+  out.garment_ = std::move(shared.garment);
   const auto add = [&out](ClothTake& take, bool is_held_out) {
     out.takes_.push_back(std::move(take));
     out.held_out_.push_back(is_held_out);
   };
-  for (ClothSource& source : *learnt)
+  for (ClothSource& source : learnt)
     for (ClothTake& take : source.takes) {
       const bool is_validation = source.is_dataset && take.split == NameOf(DatasetSplit::kValidate);
       if (!source.is_dataset || is_validation || take.split == NameOf(DatasetSplit::kTrain))
         add(take, is_validation);
     }
-  for (ClothSource& source : *held)
+  for (ClothSource& source : held)
     for (ClothTake& take : source.takes)
       if (!source.is_dataset || take.split == NameOf(DatasetSplit::kValidate)) add(take, true);
   return out;
@@ -52,9 +49,8 @@ TrainingFrames TrainingTakes::Frames() {
   for (int t = 0; t < size(); ++t)
     out.takes.push_back({take(t).name(), take(t).frames(), take(t).fps(), is_held_out(t), take(t).motion});
   out.read = [this](int t, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
-    absl::StatusOr<ClothFrame> cloth = take(t).Read(frame);
-    if (!cloth.ok()) return cloth.status();
-    return std::move(cloth->vertices_mm);
+    WEFT_ASSIGN_OR_RETURN(ClothFrame cloth, take(t).Read(frame));
+    return std::move(cloth.vertices_mm);
   };
   return out;
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "alignment/ray_scene.h"
+#include "base/status_macros.h"
 #include "figure/body.h"
 #include "simulation/observation_model.h"
 #include "simulation/studio_rig.h"
@@ -27,21 +28,19 @@ absl::StatusOr<std::vector<ViewObservations>> TruthViews::Look(const ClothFrame&
     for (const Face& face : Body::MeshFaces())
       faces.push_back({face[0] + first, face[1] + first, face[2] + first});
   }
-  const absl::StatusOr<RayScene> rays = RayScene::Build(all, faces);
-  if (!rays.ok()) return rays.status();
+  WEFT_ASSIGN_OR_RETURN(const RayScene rays, RayScene::Build(all, faces));
   const TriangleMesh cloth{frame.vertices_mm, faces_};
   std::vector<ViewObservations> out;
   for (const CameraModel& camera : rig.cameras)
     out.push_back(
-        {static_cast<int>(out.size()), ImitateDecoder(FindViewTruth(cloth, print_, *rays, camera), seed)});
+        {static_cast<int>(out.size()), ImitateDecoder(FindViewTruth(cloth, print_, rays, camera), seed)});
   return out;
 }
 
 absl::StatusOr<Rig> DrivingRig(int cameras, const std::vector<Eigen::Vector3d>& vertices_mm, uint64_t seed,
                                const DrivingPlaces& places) {
-  const absl::StatusOr<SyntheticTakeOptions> preset = SyntheticPreset("shirt-drive", seed);
-  if (!preset.ok()) return preset.status();
-  StudioRigOptions options = preset->rig;
+  WEFT_ASSIGN_OR_RETURN(const SyntheticTakeOptions preset, SyntheticPreset("shirt-drive", seed));
+  StudioRigOptions options = preset.rig;
   options.cameras = cameras;
   options.around_deg = places.arc_deg;
   if (places.distance_mm > 0) options.distance_mm = places.distance_mm;

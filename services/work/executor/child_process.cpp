@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/ground/process/child_environment.h"
 
 namespace weft {
@@ -129,9 +130,8 @@ absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
   child.exit_ = UniqueFd(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   if (!child.exit_.open()) return SpawnError(program, errno);
   if (child_settings.record_folder.empty()) return child;
-  absl::StatusOr<ProcessRecord> record = ProcessRecord::Make(child_settings.record_folder, pid);
-  if (!record.ok()) return record.status();
-  child.record_ = *std::move(record);
+  WEFT_ASSIGN_OR_RETURN(ProcessRecord record, ProcessRecord::Make(child_settings.record_folder, pid));
+  child.record_ = std::move(record);
   return child;
 }
 

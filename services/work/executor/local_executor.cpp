@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/exit_status.h"
@@ -61,12 +62,12 @@ absl::Status LocalExecutorOptions::Validate() const {
 }
 
 absl::StatusOr<std::unique_ptr<LocalExecutor>> LocalExecutor::Create(LocalExecutorOptions options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
   if (access(options.worker_program.c_str(), X_OK) != 0) {
     return absl::NotFoundError(
         absl::StrCat(options.worker_program, ": no such program; it is installed beside weftd"));
   }
-  if (absl::Status status = CreateFolders(options.task_folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.task_folder));
   std::unique_ptr<LocalExecutor> executor(new LocalExecutor(std::move(options)));
   if (!executor->wake_.open()) return absl::ResourceExhaustedError("no file descriptor left");
   executor->thread_ = std::thread(&LocalExecutor::Loop, executor.get());

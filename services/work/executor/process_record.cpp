@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/process_identity.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
 
@@ -29,7 +30,7 @@ std::optional<std::string> NameOf(pid_t pid) {
 }  // namespace
 
 absl::StatusOr<ProcessRecord> ProcessRecord::Make(const std::string& folder, pid_t pid) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   ProcessRecord record;
   record.path_ = absl::StrCat(folder, "/", pid);
   // Not flushed: no process survives a power cut either.

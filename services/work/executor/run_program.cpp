@@ -8,6 +8,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/work/executor/child_process.h"
 
@@ -31,17 +32,15 @@ absl::StatusOr<std::string> RunProgram(const std::string& program, const Program
   ChildSettings settings;
   settings.input = run.input;
   settings.hides_secrets = run.hides_secrets;
-  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(program, run.arguments, settings);
-  if (!child.ok()) return child.status();
+  WEFT_ASSIGN_OR_RETURN(ChildProcess child, ChildProcess::Spawn(program, run.arguments, settings));
   const auto deadline = std::chrono::steady_clock::now() + run.patience;
   std::string out, err;
   for (bool ended = false; !ended;) {
-    pollfd files[] = {
-        {child->exit_fd(), POLLIN, 0}, {child->out_fd(), POLLIN, 0}, {child->err_fd(), POLLIN, 0}};
+    pollfd files[] = {{child.exit_fd(), POLLIN, 0}, {child.out_fd(), POLLIN, 0}, {child.err_fd(), POLLIN, 0}};
     poll(files, std::size(files), static_cast<int>(kLook.count()));
     ended = (files[0].revents & POLLIN) != 0;  // so that all it printed is read below
-    out += child->ReadOut();
-    err += child->ReadErr();
+    out += child.ReadOut();
+    err += child.ReadErr();
     out.resize(std::min(out.size(), run.most_bytes));
     if (err.size() > run.most_bytes) err.erase(0, err.size() - run.most_bytes);
     if (ended) break;
@@ -52,7 +51,7 @@ absl::StatusOr<std::string> RunProgram(const std::string& program, const Program
                                                       " s and was ended", Printed(out, err)));
     }
   }
-  const int status = child->Reap();
+  const int status = child.Reap();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return out;
   return absl::InternalError(absl::StrCat(program, ": ", DescribeExit(status), Printed(out, err)));
 }

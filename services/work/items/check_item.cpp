@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "capture/take/image_folder.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_files.h"
@@ -20,9 +21,8 @@ namespace {
 
 absl::Status CheckDump(const std::string& folder) {
   if (IsRecordedTake(folder)) return RecordedTake::Open(folder).status();
-  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder, nullptr, UnfitNames::kLeaveOut);
-  if (!images.ok()) return images.status();
-  if (!images->frames.empty()) return absl::OkStatus();
+  WEFT_ASSIGN_OR_RETURN(const ImageFolder images, ListImageFolder(folder, nullptr, UnfitNames::kLeaveOut));
+  if (!images.frames.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
       "is neither a recorded take nor a folder of images, <frame>/<camera>.png or "
       "cam<camera>/image<frame>.png");

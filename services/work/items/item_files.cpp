@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/items/manifest.h"
 #include "services/work/items/sha256.h"
@@ -19,7 +20,7 @@ using Names = std::vector<std::string>;  // below the folder
 // board.json and the images that it names.
 absl::StatusOr<Names> NamesOfBoard(const fs::path& json) {
   v1::Board board;
-  if (absl::Status status = ReadJsonFile(json.string(), board); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(json.string(), board));
   Names names = {json.filename().string()};
   names.push_back(board.image().empty() ? "board.png" : board.image());
   if (!board.panels().empty()) names.push_back(board.panels());
@@ -83,13 +84,12 @@ absl::StatusOr<Names> ChooseNames(v1::ItemKind kind, const fs::path& path, fs::p
 absl::StatusOr<LocalItem> ListLocalItem(v1::ItemKind kind, const std::string& path,
                                         const std::function<void(uint64_t done, uint64_t total)>& hashed) {
   fs::path folder;
-  absl::StatusOr<Names> names = ChooseNames(kind, fs::absolute(path).lexically_normal(), &folder);
-  if (!names.ok()) return names.status();
-  std::sort(names->begin(), names->end());
+  WEFT_ASSIGN_OR_RETURN(Names names, ChooseNames(kind, fs::absolute(path).lexically_normal(), &folder));
+  std::sort(names.begin(), names.end());
   LocalItem item;
   uint64_t total = 0, done = 0;
-  for (const std::string& name : *names) {
-    if (absl::Status status = CheckItemPath(name); !status.ok()) return status;
+  for (const std::string& name : names) {
+    WEFT_RETURN_IF_ERROR(CheckItemPath(name));
     item.paths.push_back((folder / name).string());
     std::error_code error;
     v1::ItemFile& file = *item.manifest.add_files();
@@ -99,12 +99,11 @@ absl::StatusOr<LocalItem> ListLocalItem(v1::ItemKind kind, const std::string& pa
     total += static_cast<uint64_t>(file.bytes());
   }
   for (size_t i = 0; i < item.paths.size(); ++i) {
-    const absl::StatusOr<std::string> hash = Sha256OfFile(item.paths[i], [&](size_t bytes) {
-      done += bytes;
-      if (hashed) hashed(std::min(done, total), total);
-    });
-    if (!hash.ok()) return hash.status();
-    item.manifest.mutable_files(static_cast<int>(i))->set_sha256(*hash);
+    WEFT_ASSIGN_OR_RETURN(const std::string hash, Sha256OfFile(item.paths[i], [&](size_t bytes) {
+                            done += bytes;
+                            if (hashed) hashed(std::min(done, total), total);
+                          }));
+    item.manifest.mutable_files(static_cast<int>(i))->set_sha256(hash);
   }
   return item;
 }

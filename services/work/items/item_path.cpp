@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/work/items/manifest.h"
 
 namespace weft {
 
 absl::StatusOr<PlaceInItem> FindPlace(const std::string& root, const std::string& path,
                                       ConfinedFolder::IfMissing missing) {
-  if (absl::Status status = CheckItemPath(path); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckItemPath(path));
   absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(root);
   if (!folder.ok()) return folder.status();
   const std::vector<std::string> parts = absl::StrSplit(path, '/');

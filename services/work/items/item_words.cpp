@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 
 namespace weft {
@@ -92,7 +93,7 @@ absl::StatusOr<ItemReference> ParseItemReference(const std::string& text) {
   }
   const size_t at = text.find('@');
   reference.name = text.substr(0, at);
-  if (absl::Status status = CheckItemName(reference.name); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckItemName(reference.name));
   if (at == std::string::npos) return reference;
   int version = 0;
   const std::string digits = text.substr(at + 1);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/work/items/item_words.h"
 #include "services/work/items/sha256.h"
@@ -66,7 +67,7 @@ absl::Status CheckManifest(const v1::ItemManifest& manifest) {
   std::set<std::string> paths;
   int64_t total = 0;
   for (const v1::ItemFile& file : manifest.files()) {
-    if (absl::Status status = CheckItemPath(file.path()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckItemPath(file.path()));
     if (file.bytes() < 0 || file.bytes() > kMaxItemBytes - total) {
       return BadFile(file.path(), absl::StrCat("has an impossible size, ", file.bytes(), " bytes"));
     }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/confined_folder.h"
 #include "services/formats/files/frame_paths.h"
@@ -42,11 +43,10 @@ absl::Status WriteReport(const std::string& out, const JobEndings& endings, cons
 
 // What `weft register --evaluate` put beside an earlier report.html, which had the same measures.
 absl::Status RemoveEvaluation(const std::string& out) {
-  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out);
-  if (!folder.ok()) return folder.status();
-  if (absl::IsNotFound(folder->Read("evaluation.json").status())) return absl::OkStatus();
+  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder, ConfinedFolder::Open(out));
+  if (absl::IsNotFound(folder.Read("evaluation.json").status())) return absl::OkStatus();
   for (const char* name : {"frames.csv", "cameras.csv", "evaluation.json"})
-    if (absl::Status status = folder->Remove(name); !status.ok()) return folder->InWords(status);
+    if (absl::Status status = folder.Remove(name); !status.ok()) return folder.InWords(status);
   return absl::OkStatus();
 }
 
@@ -58,7 +58,7 @@ absl::Status JobFolder::Take(std::chrono::milliseconds patience) {
     if (!status.ok()) lock_.reset();
     return status;
   }
-  if (absl::Status status = CreateFolders(out_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(out_));
   absl::StatusOr<ResultLock> taken = ResultLock::Acquire(out_, owner_, patience);
   if (taken.ok()) lock_ = *std::move(taken);
   return taken.status();
@@ -67,7 +67,7 @@ absl::Status JobFolder::Take(std::chrono::milliseconds patience) {
 absl::StatusOr<std::vector<IncompleteFrame>> JobFolder::Check(const v1::Job& job,
                                                               const std::vector<v1::FrameInfo>& frames,
                                                               const FindIncomplete& find) {
-  if (absl::Status status = Take(kPatience); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Take(kPatience));
   Clean(frames);
   v1::Job here = job;
   here.mutable_spec()->set_out(out_);
@@ -91,18 +91,17 @@ std::vector<size_t> JobFolder::BridgedFrames(const std::vector<v1::FrameInfo>& f
 }
 
 absl::Status JobFolder::WriteJob(const v1::Job& job) const {
-  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out_);
-  if (!folder.ok()) return folder.status();
-  return folder->InWords(WriteJsonFile(folder->At(kJobFile), job));
+  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder, ConfinedFolder::Open(out_));
+  return folder.InWords(WriteJsonFile(folder.At(kJobFile), job));
 }
 
 absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings,
                                v1::Job& job) {
-  if (absl::Status status = Take(kPatience); !status.ok()) return status;
-  if (absl::Status status = Assess(out_, endings, job); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Take(kPatience));
+  WEFT_RETURN_IF_ERROR(Assess(out_, endings, job));
   Clean(frames);
-  if (absl::Status status = WriteJob(job); !status.ok()) return status;
-  if (absl::Status status = RemoveEvaluation(out_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJob(job));
+  WEFT_RETURN_IF_ERROR(RemoveEvaluation(out_));
   return WriteReport(out_, endings, job);
 }
 

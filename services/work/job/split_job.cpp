@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/joint_template.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/json_file.h"
@@ -45,7 +46,7 @@ absl::Status CheckNames(const Template& joint) {
 absl::StatusOr<v1::Job> ReadEndedJob(const std::string& result) {
   v1::Job job;
   const std::string file = (fs::path(result) / kJobFile).string();
-  if (absl::Status status = ReadJsonFile(file, job); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(file, job));
   if (job.state() != v1::JOB_STATE_DONE)
     return absl::FailedPreconditionError(
         absl::StrCat(file, ": the job has not ended well; let `weft register` finish it first"));
@@ -73,10 +74,9 @@ class GarmentSplitter {
   }
 
   absl::Status WriteFrame(const v1::FrameReport& joint) const {
-    absl::StatusOr<FrameFolder> folder =
-        FrameFolder::Open(Absolute(out_), joint.frame(), ConfinedFolder::IfMissing::kMake);
-    if (!folder.ok()) return folder.status();
-    if (absl::Status status = folder->Clear(); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(FrameFolder folder,
+                          FrameFolder::Open(Absolute(out_), joint.frame(), ConfinedFolder::IfMissing::kMake));
+    WEFT_RETURN_IF_ERROR(folder.Clear());
     v1::FrameReport report;
     report.set_frame(joint.frame());
     report.set_state(joint.state());
@@ -88,15 +88,14 @@ class GarmentSplitter {
     report.set_weft_version(joint.weft_version());
     report.mutable_temporal()->set_refined(joint.temporal().refined());
     report.mutable_temporal()->set_bridged(joint.temporal().bridged());
-    absl::Status status = WriteCloudOf(joint, *folder, report);
-    if (status.ok()) status = WriteObservationsOf(joint, *folder, report);
-    if (status.ok()) status = WriteMeshOf(joint, *folder, report);
-    return status.ok() ? folder->Commit(std::move(report)) : status;
+    absl::Status status = WriteCloudOf(joint, folder, report);
+    if (status.ok()) status = WriteObservationsOf(joint, folder, report);
+    if (status.ok()) status = WriteMeshOf(joint, folder, report);
+    return status.ok() ? folder.Commit(std::move(report)) : status;
   }
 
   absl::Status Finish() const {
-    absl::Status status = WriteTemplate(TemplateFolder(), garment_, "weft split");
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteTemplate(TemplateFolder(), garment_, "weft split"));
     v1::Job job = job_;
     job.mutable_spec()->set_garment(Absolute(TemplateFolder()));
     job.mutable_spec()->set_out(Absolute(out_));
@@ -122,26 +121,24 @@ class GarmentSplitter {
   absl::Status WriteCloudOf(const v1::FrameReport& joint, const FrameFolder& folder,
                             v1::FrameReport& report) const {
     if (!Lists(joint, FrameFile::kCloud)) return absl::OkStatus();
-    absl::StatusOr<Cloud> cloud = ReadCloud(PathOf(joint, FrameFile::kCloud));
-    if (!cloud.ok()) return cloud.status();
-    std::erase_if(cloud->points, [this](const CloudPoint& p) { return !rows_.Contains(p.node); });
-    std::erase_if(cloud->rays, [this](const CloudRay& r) { return !rows_.Contains(r.node); });
-    DescribeCloud(*cloud, *report.mutable_cloud());
+    WEFT_ASSIGN_OR_RETURN(Cloud cloud, ReadCloud(PathOf(joint, FrameFile::kCloud)));
+    std::erase_if(cloud.points, [this](const CloudPoint& p) { return !rows_.Contains(p.node); });
+    std::erase_if(cloud.rays, [this](const CloudRay& r) { return !rows_.Contains(r.node); });
+    DescribeCloud(cloud, *report.mutable_cloud());
     return folder.Put(
         FrameFile::kCloud,
-        [&](const std::string& path) { return WriteCloud(path, *cloud, CloudColumns::kWithCovariance); },
+        [&](const std::string& path) { return WriteCloud(path, cloud, CloudColumns::kWithCovariance); },
         report);
   }
 
   absl::Status WriteObservationsOf(const v1::FrameReport& joint, const FrameFolder& folder,
                                    v1::FrameReport& report) const {
     if (!Lists(joint, FrameFile::kObservations)) return absl::OkStatus();
-    auto images = ReadObservations(PathOf(joint, FrameFile::kObservations));
-    if (!images.ok()) return images.status();
-    for (ImageObservations& image : *images)
+    WEFT_ASSIGN_OR_RETURN(auto images, ReadObservations(PathOf(joint, FrameFile::kObservations)));
+    for (ImageObservations& image : images)
       std::erase_if(image.observations, [this](const Observation& o) { return !rows_.Contains(o.node); });
     return folder.Put(
-        FrameFile::kObservations, [&](const std::string& path) { return WriteObservations(path, *images); },
+        FrameFile::kObservations, [&](const std::string& path) { return WriteObservations(path, images); },
         report);
   }
 
@@ -149,12 +146,11 @@ class GarmentSplitter {
                            v1::FrameReport& report) const {
     if (!Lists(joint, FrameFile::kMesh)) return absl::OkStatus();
     const std::string path = PathOf(joint, FrameFile::kMesh);
-    const absl::StatusOr<RegisteredMesh> all = ReadRegisteredMesh(path);
-    if (!all.ok()) return all.status();
-    if (all->vertices_mm.size() < static_cast<size_t>(place_.first_vertex + place_.vertices))
-      return absl::InvalidArgumentError(absl::StrCat(path, ": has ", all->vertices_mm.size(),
+    WEFT_ASSIGN_OR_RETURN(const RegisteredMesh all, ReadRegisteredMesh(path));
+    if (all.vertices_mm.size() < static_cast<size_t>(place_.first_vertex + place_.vertices))
+      return absl::InvalidArgumentError(absl::StrCat(path, ": has ", all.vertices_mm.size(),
                                                      " vertices, fewer than the template of its job"));
-    const RegisteredMesh mesh = PartOfMesh(place_, *all);
+    const RegisteredMesh mesh = PartOfMesh(place_, all);
     DescribeMesh(mesh, garment_, *report.mutable_mesh());
     return folder.Put(
         FrameFile::kMesh,
@@ -174,39 +170,36 @@ class GarmentSplitter {
 absl::StatusOr<std::vector<SplitGarment>> SplitJob(const std::string& result, const std::string& out,
                                                    const SplitProgress& progress,
                                                    const std::stop_token& stop) {
-  const absl::StatusOr<v1::Job> job = ReadEndedJob(result);
-  if (!job.ok()) return job.status();
-  const absl::StatusOr<Template> joint = ReadTemplate(job->spec().garment());
-  if (!joint.ok()) return joint.status();
-  if (joint->ContentHash() != job->inputs().garment())
-    return absl::FailedPreconditionError(absl::StrCat(
-        job->spec().garment(), ": the template has hash ", joint->ContentHash(), ", the job had ",
-        job->inputs().garment(), "; put the template back that it was registered with"));
-  if (joint->garments.empty())
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, ReadEndedJob(result));
+  WEFT_ASSIGN_OR_RETURN(const Template joint, ReadTemplate(job.spec().garment()));
+  if (joint.ContentHash() != job.inputs().garment())
     return absl::FailedPreconditionError(
-        absl::StrCat(result, ": the template ", joint->id,
+        absl::StrCat(job.spec().garment(), ": the template has hash ", joint.ContentHash(), ", the job had ",
+                     job.inputs().garment(), "; put the template back that it was registered with"));
+  if (joint.garments.empty())
+    return absl::FailedPreconditionError(
+        absl::StrCat(result, ": the template ", joint.id,
                      " is of one garment; `weft template join` makes those that can be split"));
-  if (absl::Status status = CheckNames(*joint); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckNames(joint));
   std::vector<std::string> notes;
-  const absl::StatusOr<std::vector<v1::FrameReport>> frames = ReadJobFrames(result, *job, notes);
-  if (!frames.ok()) return frames.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameReport> frames, ReadJobFrames(result, job, notes));
   std::vector<GarmentSplitter> splitters;
-  for (size_t i = 0; i < joint->garments.size(); ++i) {
-    splitters.emplace_back(result, *job, *joint, static_cast<int>(i), out);
-    if (absl::Status status = splitters.back().Prepare(); !status.ok()) return status;
+  for (size_t i = 0; i < joint.garments.size(); ++i) {
+    splitters.emplace_back(result, job, joint, static_cast<int>(i), out);
+    WEFT_RETURN_IF_ERROR(splitters.back().Prepare());
   }
   std::vector<SplitGarment> done;
   int written = 0;
-  const int all = static_cast<int>(frames->size() * splitters.size());
+  const int all = static_cast<int>(frames.size() * splitters.size());
   for (const GarmentSplitter& splitter : splitters) {
     SplitGarment garment{splitter.id(), splitter.out(), 0};
-    for (const v1::FrameReport& frame : *frames) {
+    for (const v1::FrameReport& frame : frames) {
       if (stop.stop_requested()) return absl::CancelledError("stopped; the same command begins again");
-      if (absl::Status status = splitter.WriteFrame(frame); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(splitter.WriteFrame(frame));
       garment.frames += Lists(frame, FrameFile::kMesh);
       if (progress) progress(++written, all);
     }
-    if (absl::Status status = splitter.Finish(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(splitter.Finish());
     done.push_back(std::move(garment));
   }
   return done;

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/status_macros.h"
 #include "capture/rig/camera_match.h"
 #include "services/formats/files/frame_folders.h"
 #include "services/formats/pcd/pcd_file.h"
@@ -48,9 +49,8 @@ std::string LackText(const std::vector<std::string>& lack, size_t frames, const 
 absl::Status CheckScanFolder(const std::string& folder, const std::vector<std::string>& dump_frames,
                              const std::vector<std::string>& job_frames, bool is_live,
                              std::vector<std::string>& notes) {
-  const absl::StatusOr<ScanFolder> scans = ScanFolder::List(folder);
-  if (!scans.ok()) return scans.status();
-  const std::vector<std::string> names = scans->names();
+  WEFT_ASSIGN_OR_RETURN(const ScanFolder scans, ScanFolder::List(folder));
+  const std::vector<std::string> names = scans.names();
   if (names.empty() && !is_live) {
     return absl::InvalidArgumentError(absl::StrCat(
         folder, ": has no scan, no file there ends in .ply or .pcd; name them <frame>.ply, e.g. ",
@@ -58,13 +58,12 @@ absl::Status CheckScanFolder(const std::string& folder, const std::vector<std::s
   }
   std::set<std::string> used;
   for (const std::string& frame : dump_frames) {
-    const absl::StatusOr<std::string> scan = scans->Of(frame);
-    if (!scan.ok()) return scan.status();
-    if (!scan->empty()) used.insert(fs::path(*scan).filename().string());
+    WEFT_ASSIGN_OR_RETURN(const std::string scan, scans.Of(frame));
+    if (!scan.empty()) used.insert(fs::path(scan).filename().string());
   }
   std::vector<std::string> lack, strange;
   for (const std::string& frame : job_frames)
-    if (scans->Of(frame).value_or("").empty()) lack.push_back(frame);
+    if (scans.Of(frame).value_or("").empty()) lack.push_back(frame);
   if (is_live) return absl::OkStatus();
   if (lack.size() == job_frames.size()) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -88,8 +87,7 @@ absl::Status CheckScanFolder(const std::string& folder, const std::vector<std::s
 
 absl::Status CheckStartFolder(const std::string& folder, const std::vector<std::string>& job_frames,
                               bool is_live, std::vector<std::string>& notes) {
-  const absl::StatusOr<std::vector<std::string>> there = ListFrameFolders(folder, FrameFile::kMesh);
-  if (!there.ok()) return there.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> there, ListFrameFolders(folder, FrameFile::kMesh));
   std::vector<std::string> lack;
   for (const std::string& frame : job_frames)
     if (StartPath(frame, folder).empty()) lack.push_back(frame);
@@ -100,7 +98,7 @@ absl::Status CheckStartFolder(const std::string& folder, const std::vector<std::
   }
   return absl::InvalidArgumentError(
       absl::StrCat(folder, ": has no <frame>/mesh.ply of a frame to register, ", FirstNames(job_frames),
-                   there->empty() ? "" : absl::StrCat("; it has those of ", FirstNames(*there)),
+                   there.empty() ? "" : absl::StrCat("; it has those of ", FirstNames(there)),
                    "; give the results of an earlier registration of this take"));
 }
 

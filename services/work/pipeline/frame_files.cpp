@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/mesh_file.h"
@@ -102,24 +103,24 @@ absl::Status TidyCloudPcd(const FrameFolder& folder, v1::FrameReport& report) {
 
 absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs, const FrameResult& frame) {
   return IntoFrameFolder(out, frame.report.frame(), [&](const FrameFolder& folder) {
-    if (absl::Status status = folder.Clear(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(folder.Clear());
     v1::FrameReport report = frame.report;
     report.clear_files();
-    if (absl::Status status = WriteData(folder, inputs, frame, report); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteData(folder, inputs, frame, report));
     return folder.Commit(std::move(report));
   });
 }
 
 absl::Status ReplaceMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,
                            const std::optional<RegisteredMesh>& mesh, v1::FrameReport report) {
-  if (absl::Status status = PutMeshes(folder, inputs, mesh, report); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(PutMeshes(folder, inputs, mesh, report));
   return folder.Commit(std::move(report));
 }
 
 absl::Status WriteReportAlone(const std::string& out, v1::FrameReport report) {
   report.clear_files();
   return IntoFrameFolder(out, report.frame(), [&](const FrameFolder& folder) {
-    if (absl::Status status = folder.Clear(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(folder.Clear());
     return folder.Commit(report);
   });
 }

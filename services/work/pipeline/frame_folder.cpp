@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -34,21 +35,19 @@ absl::StatusOr<FrameFolder> FrameFolder::Open(const std::string& out, const std:
                                               ConfinedFolder::IfMissing missing) {
   absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(out);
   if (absl::IsNotFound(base.status()) && missing == ConfinedFolder::IfMissing::kMake) {
-    if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(out));
     base = ConfinedFolder::Open(out);
   }
   if (!base.ok()) return base.status();
-  absl::StatusOr<ConfinedFolder> folder = base->Child(frame, missing);
-  if (!folder.ok()) return folder.status();
-  return FrameFolder(*std::move(folder));
+  WEFT_ASSIGN_OR_RETURN(ConfinedFolder folder, base->Child(frame, missing));
+  return FrameFolder(std::move(folder));
 }
 
 absl::StatusOr<v1::FrameReport> FrameFolder::Report() const {
-  const absl::StatusOr<std::string> text = folder_.Read(FileName(FrameFile::kReport));
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, folder_.Read(FileName(FrameFile::kReport)));
   v1::FrameReport report;
   const std::string name = folder_.Named(FileName(FrameFile::kReport));
-  if (!ParseJson(*text, name, report).ok() || report.format_version() != kReportFormat) {
+  if (!ParseJson(text, name, report).ok() || report.format_version() != kReportFormat) {
     return absl::NotFoundError(absl::StrCat(path(), " holds no complete frame"));
   }
   return report;
@@ -96,12 +95,11 @@ absl::Status FrameFolder::Commit(v1::FrameReport report) const {
 
 absl::Status FrameFolder::List(FrameFile file, v1::FrameReport& report) const {
   Unlist(file, report);
-  const absl::StatusOr<std::string> bytes = folder_.Read(FileName(file));
-  if (!bytes.ok()) return bytes.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, folder_.Read(FileName(file)));
   v1::ResultFile& entry = *report.add_files();
   entry.set_name(FileName(file));
-  entry.set_bytes(static_cast<int64_t>(bytes->size()));
-  entry.set_checksum(ChecksumOf(*bytes));
+  entry.set_bytes(static_cast<int64_t>(bytes.size()));
+  entry.set_checksum(ChecksumOf(bytes));
   return absl::OkStatus();
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/rig_file.h"
@@ -49,13 +50,12 @@ absl::StatusOr<std::string> FrameFingerprint(const FrameSource& dump, size_t ind
 }
 
 absl::StatusOr<FingerprintsNow> FingerprintsNow::Open(const v1::RegistrationSpec& spec) {
-  const absl::StatusOr<Rig> rig = ReadRig(spec.rig());
-  if (!rig.ok()) return rig.status();
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
-  if (!dump.ok()) return dump.status();
+  WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(spec.rig()));
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump,
+                        OpenDump(spec.dump(), rig, spec.options().mosaic()));
   FingerprintsNow now;
   now.options_ = spec.options();
-  now.dump_ = *std::move(dump);
+  now.dump_ = std::move(dump);
   const std::vector<std::string>& names = now.dump_->frame_names();
   for (size_t i = 0; i < names.size(); ++i) now.index_of_.emplace(names[i], i);
   return now;

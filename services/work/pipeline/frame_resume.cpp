@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/status_macros.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/pipeline/frame_files.h"
@@ -58,20 +59,17 @@ double TotalMs(const v1::FrameReport& report) {
 absl::StatusOr<v1::FrameReport> AlignAgain(const RegistrationInputs& inputs, size_t index,
                                            const JobOptions& options, const std::string& out,
                                            const v1::FrameReport& earlier, const std::stop_token& stop) {
-  const absl::StatusOr<FrameFolder> folder = OpenFrame(inputs, index, out);
-  if (!folder.ok()) return folder.status();
-  absl::StatusOr<Cloud> cloud = ReadCloud(folder->PathOf(FrameFile::kCloud));
-  if (!cloud.ok()) return folder->InWords(cloud.status());
+  WEFT_ASSIGN_OR_RETURN(const FrameFolder folder, OpenFrame(inputs, index, out));
+  absl::StatusOr<Cloud> cloud = ReadCloud(folder.PathOf(FrameFile::kCloud));
+  if (!cloud.ok()) return folder.InWords(cloud.status());
   FrameResult frame{.report = earlier, .views = {}, .cloud = *std::move(cloud), .mesh = {}};
   const FrameOptions frame_options{options.pipeline, options.message.scans(), options.message.starts()};
-  if (absl::Status status = AlignFrame(inputs, index, frame_options, stop, frame); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(AlignFrame(inputs, index, frame_options, stop, frame));
   frame.report.clear_temporal();
   frame.report.set_total_ms(TotalMs(frame.report));
   SignReport(inputs, options.message, frame.report);
-  if (absl::Status status = TidyCloudPcd(*folder, frame.report); !status.ok()) return status;
-  if (absl::Status status = ReplaceMeshes(*folder, inputs, frame.mesh, frame.report); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(TidyCloudPcd(folder, frame.report));
+  WEFT_RETURN_IF_ERROR(ReplaceMeshes(folder, inputs, frame.mesh, frame.report));
   return std::move(frame.report);
 }
 
@@ -79,14 +77,13 @@ absl::StatusOr<v1::FrameReport> AlignAgain(const RegistrationInputs& inputs, siz
 absl::StatusOr<v1::FrameReport> RefineAgain(const RegistrationInputs& inputs, size_t index,
                                             const JobOptions& options, const std::string& out,
                                             v1::FrameReport report) {
-  const absl::StatusOr<FrameFolder> folder = OpenFrame(inputs, index, out);
-  if (!folder.ok()) return folder.status();
-  const absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(folder->PathOf(OwnMeshOf(report)));
-  if (!mesh.ok()) return folder->InWords(mesh.status());
+  WEFT_ASSIGN_OR_RETURN(const FrameFolder folder, OpenFrame(inputs, index, out));
+  const absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(folder.PathOf(OwnMeshOf(report)));
+  if (!mesh.ok()) return folder.InWords(mesh.status());
   report.clear_temporal();
   SignReport(inputs, options.message, report);
-  if (absl::Status status = TidyCloudPcd(*folder, report); !status.ok()) return status;
-  if (absl::Status status = ReplaceMeshes(*folder, inputs, *mesh, report); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(TidyCloudPcd(folder, report));
+  WEFT_RETURN_IF_ERROR(ReplaceMeshes(folder, inputs, *mesh, report));
   return report;
 }
 

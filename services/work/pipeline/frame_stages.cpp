@@ -6,6 +6,7 @@
 #include "alignment/cloth_in_view.h"
 #include "alignment/map_place.h"
 #include "alignment/start_mesh.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 #include "services/formats/files/agreement_proto.h"
@@ -105,11 +106,10 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInput
                                                          const std::string& starts) {
   const std::string path = StartPath(inputs.dump->frame_names()[index], starts);
   if (path.empty()) return std::vector<Eigen::Vector3d>();
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
-  if (!mesh.ok()) return mesh.status();
-  if (absl::Status status = CheckStartMesh(*mesh, inputs.garment.rest); !status.ok())
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh(path));
+  if (absl::Status status = CheckStartMesh(mesh, inputs.garment.rest); !status.ok())
     return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-  return std::move(mesh->vertices_mm);
+  return std::move(mesh.vertices_mm);
 }
 
 // What a frame brings besides images.
@@ -119,11 +119,9 @@ struct Extras {
 };
 absl::StatusOr<Extras> ReadExtrasOf(const RegistrationInputs& inputs, size_t index,
                                     const FrameOptions& options) {
-  absl::StatusOr<ScanFile> scan = ReadScanOf(inputs, index, options.scans);
-  if (!scan.ok()) return scan.status();
-  absl::StatusOr<std::vector<Eigen::Vector3d>> start_mm = ReadStartOf(inputs, index, options.starts);
-  if (!start_mm.ok()) return start_mm.status();
-  return Extras{*std::move(scan), *std::move(start_mm)};
+  WEFT_ASSIGN_OR_RETURN(ScanFile scan, ReadScanOf(inputs, index, options.scans));
+  WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> start_mm, ReadStartOf(inputs, index, options.starts));
+  return Extras{std::move(scan), std::move(start_mm)};
 }
 
 // From observations to mesh, in the members of `frame`.
@@ -158,15 +156,14 @@ class Registration {
             static_cast<int>(std::count(mesh.state.begin(), mesh.state.end(), VertexState::kObserved));
       }
       decoded.moved.Undo(frame_.views);  // it adds to what was decoded
-      const absl::StatusOr<SecondPassResult> pass =
-          SecondPass({inputs_, index, mesh, options_.pipeline.second_pass}, stop_, decoded.decoders,
-                     &frame_.views, frame_.report);
-      if (!pass.ok()) return pass.status();
+      WEFT_ASSIGN_OR_RETURN(const SecondPassResult pass,
+                            SecondPass({inputs_, index, mesh, options_.pipeline.second_pass}, stop_,
+                                       decoded.decoders, &frame_.views, frame_.report));
       frame_.report.set_second_pass_rounds(round);
       decoded.moved.Move(frame_.views);
-      const bool goes_on = pass->added_share >= kManyFinds && round < kMostRounds;
+      const bool goes_on = pass.added_share >= kManyFinds && round < kMostRounds;
       if (!goes_on) decoded.decoders.clear();  // what follows needs other memory
-      const absl::Status status = pass->changed ? Triangulate() : absl::OkStatus();
+      const absl::Status status = pass.changed ? Triangulate() : absl::OkStatus();
       if (!status.ok() || !goes_on) return status;
     }
   }
@@ -177,14 +174,14 @@ class Registration {
     frame_.cloud = AsInFile(std::move(frame_.cloud));
     DescribeCloud(frame_.cloud, *report.mutable_cloud());
     const TriangulationOptions& triangulation = options_.pipeline.cloud.triangulation;
-    const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, triangulation);
-    if (!biases.ok()) return biases.status();
-    const auto agreements = MeasureCameraAgreement(inputs_.rig, frame_.views, frame_.cloud, triangulation);
-    if (!agreements.ok()) return agreements.status();
+    WEFT_ASSIGN_OR_RETURN(const auto biases,
+                          MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, triangulation));
+    WEFT_ASSIGN_OR_RETURN(const auto agreements,
+                          MeasureCameraAgreement(inputs_.rig, frame_.views, frame_.cloud, triangulation));
     for (int v = 0; v < report.views_size(); ++v) {
       const int camera = frame_.views[v].camera;
-      DescribeBias((*biases)[camera], *report.mutable_views(v));
-      DescribeAgreement((*agreements)[camera], inputs_.rig, *report.mutable_views(v));
+      DescribeBias(biases[camera], *report.mutable_views(v));
+      DescribeAgreement(agreements[camera], inputs_.rig, *report.mutable_views(v));
     }
     DescribeScale(frame_.cloud, inputs_.board.board(), inputs_.garment, *report.mutable_cloud());
     for (std::string& camera : inputs_.dump->unknown_cameras()) report.add_unknown_cameras(std::move(camera));
@@ -281,23 +278,20 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   DecodedViews decoded = DecodeViews(inputs, index, options, progress, stop, frame);
   clock.End("decode");
   GiveBackPixels();  // what follows needs other memory
-  if (absl::Status status = CheckStop(stop); !status.ok()) return status;
-  const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
-  if (!extras.ok()) return extras.status();
+  WEFT_RETURN_IF_ERROR(CheckStop(stop));
+  WEFT_ASSIGN_OR_RETURN(const Extras extras, ReadExtrasOf(inputs, index, options));
 
-  Registration registration(inputs, options, *extras, stop, frame);
-  if (absl::Status status = registration.Triangulate(); !status.ok()) return status;
+  Registration registration(inputs, options, extras, stop, frame);
+  WEFT_RETURN_IF_ERROR(registration.Triangulate());
   clock.End("triangulate");
   if (progress) progress(kTriangulated);
-  if (absl::Status status = CheckStop(stop); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckStop(stop));
   if (options.pipeline.second_pass.enabled) {
-    if (absl::Status status = registration.LookAgain(index, std::move(decoded)); !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(registration.LookAgain(index, std::move(decoded)));
     clock.End("second pass");
   }
-  if (absl::Status status = registration.Describe(); !status.ok()) return status;
-  if (absl::Status status = registration.Align(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(registration.Describe());
+  WEFT_RETURN_IF_ERROR(registration.Align());
   clock.End("align");
   return frame;
 }
@@ -305,10 +299,9 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
 absl::Status AlignFrame(const RegistrationInputs& inputs, size_t index, const FrameOptions& options,
                         std::stop_token stop, FrameResult& frame) {
   StageClock clock(frame.report);
-  const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
-  if (!extras.ok()) return extras.status();
-  Registration registration(inputs, options, *extras, stop, frame);
-  if (absl::Status status = registration.Align(); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(const Extras extras, ReadExtrasOf(inputs, index, options));
+  Registration registration(inputs, options, extras, stop, frame);
+  WEFT_RETURN_IF_ERROR(registration.Align());
   clock.End("align");
   return absl::OkStatus();
 }

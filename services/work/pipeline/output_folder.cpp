@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -52,7 +53,7 @@ absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
 }
 
 absl::StatusOr<std::string> MakeOutputFolder(const std::string& out) {
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(out));
   std::error_code error;
   const fs::path canonical = fs::canonical(out, error);
   if (error) return absl::NotFoundError(absl::StrCat(out, ": no such folder (", error.message(), ")"));

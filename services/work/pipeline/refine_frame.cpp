@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/temporal.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/mesh_file.h"
@@ -46,10 +47,10 @@ class Surroundings {
     const std::optional<v1::FrameReport> report = Report(at);
     if (options_.rays.reach_mm == 0 || (report && !Lists(*report, FrameFile::kCloud)))
       return std::vector<RayTarget>();
-    const absl::StatusOr<Cloud> cloud =
-        ReadChecked<Cloud>(at, FrameFile::kCloud, [](const std::string& path) { return ReadCloud(path); });
-    if (!cloud.ok()) return cloud.status();
-    return TargetsFromCloud(inputs_.garment, *cloud).rays;
+    WEFT_ASSIGN_OR_RETURN(
+        const Cloud cloud,
+        ReadChecked<Cloud>(at, FrameFile::kCloud, [](const std::string& path) { return ReadCloud(path); }));
+    return TargetsFromCloud(inputs_.garment, cloud).rays;
   }
 
  private:
@@ -58,9 +59,8 @@ class Surroundings {
   absl::StatusOr<Result> ReadChecked(int at, FrameFile file, const Reader& read) const {
     const absl::StatusOr<FrameFolder> folder = Folder(at);
     if (!folder.ok()) return absl::NotFoundError(folder.status().message());
-    const absl::StatusOr<v1::FrameReport> report = folder->Report();
-    if (!report.ok()) return report.status();
-    if (const std::string problem = folder->Check(file, *report); !problem.empty())
+    WEFT_ASSIGN_OR_RETURN(const v1::FrameReport report, folder->Report());
+    if (const std::string problem = folder->Check(file, report); !problem.empty())
       return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
     return read(folder->PathOf(file));  // a path that lasts as long as the folder is open
   }
@@ -74,10 +74,8 @@ class Surroundings {
 
 absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                                        bool bridge, const Neighbors& neighbors, const std::stop_token& stop) {
-  const absl::StatusOr<RegisteredMesh> previous = frames.Unrefined(neighbors.previous);
-  if (!previous.ok()) return previous.status();
-  const absl::StatusOr<RegisteredMesh> next = frames.Unrefined(neighbors.next);
-  if (!next.ok()) return next.status();
+  WEFT_ASSIGN_OR_RETURN(const RegisteredMesh previous, frames.Unrefined(neighbors.previous));
+  WEFT_ASSIGN_OR_RETURN(const RegisteredMesh next, frames.Unrefined(neighbors.next));
   const TemporalOptions& options = frames.options();
   const auto cancelled = [&stop] { return stop.stop_requested(); };
   if (bridge) {
@@ -86,13 +84,11 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
       return static_cast<int>(std::max<int64_t>(way, 1));
     };
     const Gap gap{steps(neighbors.previous, at), steps(at, neighbors.next)};
-    return BridgeInTime(*inputs.model, *previous, *next, gap, options, cancelled);
+    return BridgeInTime(*inputs.model, previous, next, gap, options, cancelled);
   }
-  const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
-  if (!own.ok()) return own.status();
-  const absl::StatusOr<std::vector<RayTarget>> rays = frames.Rays(at);
-  if (!rays.ok()) return rays.status();
-  return RefineInTime(*inputs.model, *previous, *own, *next, options, *rays, cancelled);
+  WEFT_ASSIGN_OR_RETURN(const RegisteredMesh own, frames.Unrefined(at));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<RayTarget> rays, frames.Rays(at));
+  return RefineInTime(*inputs.model, previous, own, next, options, rays, cancelled);
 }
 
 // Makes `mesh` the frame's mesh.ply.
@@ -108,9 +104,8 @@ absl::Status PutMesh(const RegistrationInputs& inputs, const RegisteredMesh& mes
 absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                   const FrameFolder& folder, v1::FrameReport& report) {
   if (report.state() == v1::FRAME_STATE_FAILED) return folder.Drop(FrameFile::kMesh, report);
-  const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
-  if (!own.ok()) return own.status();
-  return PutMesh(inputs, *own, folder, report);
+  WEFT_ASSIGN_OR_RETURN(const RegisteredMesh own, frames.Unrefined(at));
+  return PutMesh(inputs, own, folder, report);
 }
 
 // The state with both neighbours.
@@ -118,13 +113,12 @@ absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames
                     const Neighbors& neighbors, const std::stop_token& stop, const FrameFolder& folder,
                     v1::FrameReport& report) {
   const bool bridge = report.state() == v1::FRAME_STATE_FAILED;
-  const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
-  if (!result.ok()) return result.status();
-  const absl::Status status = PutMesh(inputs, result->mesh, folder, report);
+  WEFT_ASSIGN_OR_RETURN(const TemporalResult result, Compute(inputs, frames, at, bridge, neighbors, stop));
+  const absl::Status status = PutMesh(inputs, result.mesh, folder, report);
   v1::TemporalReport& temporal = *report.mutable_temporal();
-  temporal.set_self_intersections_before(result->untangling.pairs_before);
-  temporal.set_self_intersections(result->untangling.pairs_after);
-  temporal.set_demoted(result->untangling.demoted_vertices);
+  temporal.set_self_intersections_before(result.untangling.pairs_before);
+  temporal.set_self_intersections(result.untangling.pairs_after);
+  temporal.set_demoted(result.untangling.demoted_vertices);
   temporal.set_bridged(bridge);
   temporal.set_refined(!bridge);
   temporal.add_neighbors(frames.Name(neighbors.previous));
@@ -137,29 +131,28 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
   const Stopwatch watch;
   const absl::StatusOr<FrameFolder> folder = frames.Folder(at);
   if (!folder.ok()) return absl::NotFoundError(folder.status().message());
-  absl::StatusOr<v1::FrameReport> report = folder->Report();
-  if (!report.ok()) return report.status();
-  const FrameFacts own = FactsOf(*report);
+  WEFT_ASSIGN_OR_RETURN(v1::FrameReport report, folder->Report());
+  const FrameFacts own = FactsOf(report);
   if (own.frames_alone || (!own.registered && !own.failed)) return absl::OkStatus();
   const Neighbors neighbors =
       FindNeighbors(at, frames.size(), frames.steps(), own, [&](int other) -> std::optional<FrameFacts> {
         const std::optional<v1::FrameReport> there = frames.Report(other);
-        if (!there || !FromSameRun(*report, *there)) return std::nullopt;
+        if (!there || !FromSameRun(report, *there)) return std::nullopt;
         return FactsOf(*there);
       });
-  if (!neighbors.complete || neighbors.window == report->temporal().window()) return absl::OkStatus();
-  const bool changed = report->temporal().refined() || report->temporal().bridged();
-  report->mutable_temporal()->Clear();
-  report->mutable_temporal()->set_window(neighbors.window);
+  if (!neighbors.complete || neighbors.window == report.temporal().window()) return absl::OkStatus();
+  const bool changed = report.temporal().refined() || report.temporal().bridged();
+  report.mutable_temporal()->Clear();
+  report.mutable_temporal()->set_window(neighbors.window);
   absl::Status status;
   if (neighbors.previous >= 0 && neighbors.next >= 0) {
-    status = Refine(inputs, frames, at, neighbors, stop, *folder, *report);
+    status = Refine(inputs, frames, at, neighbors, stop, *folder, report);
   } else if (changed) {
-    status = Undo(inputs, frames, at, *folder, *report);
+    status = Undo(inputs, frames, at, *folder, report);
   }
   if (!status.ok()) return folder->InWords(status);
-  report->mutable_temporal()->set_time_ms(watch.Ms());
-  return folder->Commit(*std::move(report));
+  report.mutable_temporal()->set_time_ms(watch.Ms());
+  return folder->Commit(std::move(report));
 }
 
 }  // namespace

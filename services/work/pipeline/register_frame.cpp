@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/pipeline/frame_files.h"
 #include "services/work/pipeline/frame_inputs.h"
@@ -41,18 +42,16 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const Stopwatch watch;
   const v1::RegistrationOptions& asked = options.message;
   // Taken first: images that change while they are read must not look like those that were read.
-  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(*inputs.dump, index, asked);
-  if (!fingerprint.ok()) return fingerprint.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string fingerprint, FrameFingerprint(*inputs.dump, index, asked));
 
   const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts(), options.kept_image_bytes};
-  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, frame_options, progress, stop);
-  if (!frame.ok()) return frame.status();
-  v1::FrameReport& report = frame->report;
+  WEFT_ASSIGN_OR_RETURN(FrameResult frame, ComputeFrame(inputs, index, frame_options, progress, stop));
+  v1::FrameReport& report = frame.report;
   report.set_frame(inputs.dump->frame_names()[index]);
-  report.set_images_fingerprint(*fingerprint);
+  report.set_images_fingerprint(fingerprint);
   SignReport(inputs, asked, report);
   report.set_total_ms(watch.Ms());
-  if (absl::Status status = WriteFrame(out, inputs, *frame); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteFrame(out, inputs, frame));
   if (progress) progress(1);
   return std::move(report);
 }

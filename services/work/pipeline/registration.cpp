@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/work/pipeline/frame_resume.h"
 #include "services/work/pipeline/refine_frame.h"
 #include "services/work/pipeline/register_frame.h"
@@ -58,10 +59,9 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
                             const std::vector<size_t>& frames, const v1::RegistrationOptions& asked,
                             const std::string& out, const RegistrationLimits& limits,
                             const RegistrationEvents& events, std::stop_token stop) {
-  absl::StatusOr<JobOptions> options = MakeJobOptions(asked);
-  if (!options.ok()) return options.status();
-  options->kept_image_bytes = static_cast<size_t>(limits.kept_image_mib) << 20;
-  if (absl::Status status = CheckStarts(asked.starts(), out); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(JobOptions options, MakeJobOptions(asked));
+  options.kept_image_bytes = static_cast<size_t>(limits.kept_image_mib) << 20;
+  WEFT_RETURN_IF_ERROR(CheckStarts(asked.starts(), out));
   const int concurrency = limits.threads > 0 ? limits.threads : tbb::info::default_concurrency();
   // More threads than cores are wanted where a caller asks for them, for example to compare results.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -73,7 +73,7 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     absl::Status status;
     if (asked.frames_alone()) return status;
     arena.execute([&] {
-      status = RefineAround(inputs, job_frames, steps, static_cast<size_t>(at), options->pipeline.temporal,
+      status = RefineAround(inputs, job_frames, steps, static_cast<size_t>(at), options.pipeline.temporal,
                             out, stop);
     });
     return status;
@@ -82,17 +82,17 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
-    const FrameStanding standing = InspectFrame(inputs, index, *options, out);
+    const FrameStanding standing = InspectFrame(inputs, index, options, out);
     absl::StatusOr<v1::FrameReport> report = standing.report;
     if (standing.redo) {
-      if (absl::Status status = events.reads(index); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(events.reads(index));
       AdvancedOnce advanced(events, name);
       arena.execute(
-          [&] { report = GoOnFrom(standing, inputs, index, *options, out, std::ref(advanced), stop); });
+          [&] { report = GoOnFrom(standing, inputs, index, options, out, std::ref(advanced), stop); });
       if (!report.ok()) return report.status();
     }
     // Told last: whoever is killed before that refines when it comes back to the frame.
-    if (absl::Status status = refine(index); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(refine(index));
     if (events.finished) events.finished(Finished(*report, standing));
   }
   return absl::OkStatus();

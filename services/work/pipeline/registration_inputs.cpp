@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/board_file.h"
@@ -68,40 +69,35 @@ absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::Inp
 }
 
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
-  if (absl::Status status = CheckFields(spec); !status.ok()) return status;
-  absl::StatusOr<Rig> rig = ReadRig(spec.rig());
-  if (!rig.ok()) return rig.status();
-  absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(spec.rig());
-  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
-  const absl::StatusOr<Board> board = ReadBoard(spec.board());
-  if (!board.ok()) return board.status();
+  WEFT_RETURN_IF_ERROR(CheckFields(spec));
+  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(spec.rig()));
+  WEFT_ASSIGN_OR_RETURN(std::vector<double> camera_sigma_px, ReadCameraSigmas(spec.rig()));
+  WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(spec.board()));
   std::vector<std::string> warnings;
-  absl::StatusOr<Template> garment = ReadTemplateFor(*board, spec.garment(), &warnings);
-  if (!garment.ok()) return garment.status();
-  absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
-  if (!parts.ok()) return parts.status();
-  parts->board_rows = board->rows, parts->board_cols = board->cols;
-  MeshTexture texture = TextureOf(*garment, *parts);
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplateFor(board, spec.garment(), &warnings));
+  WEFT_ASSIGN_OR_RETURN(GarmentParts parts, ReadGarmentParts(spec.garment()));
+  parts.board_rows = board.rows, parts.board_cols = board.cols;
+  MeshTexture texture = TextureOf(garment, parts);
   v1::InputHashes hashes;
-  hashes.set_rig(rig->ContentHash());
-  hashes.set_board(board->ContentHash());
-  hashes.set_garment(garment->ContentHash());
-  if (absl::Status status = CheckExpectedHashes(spec, hashes); !status.ok()) return status;
+  hashes.set_rig(rig.ContentHash());
+  hashes.set_board(board.ContentHash());
+  hashes.set_garment(garment.ContentHash());
+  WEFT_RETURN_IF_ERROR(CheckExpectedHashes(spec, hashes));
 
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
-  if (!dump.ok()) return dump.status();
-  if (absl::Status status = CheckPcd(spec.options(), (*dump)->frame_names()); !status.ok()) return status;
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump,
+                        OpenDump(spec.dump(), rig, spec.options().mosaic()));
+  WEFT_RETURN_IF_ERROR(CheckPcd(spec.options(), dump->frame_names()));
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok()) {
     return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
   }
-  auto model = std::make_unique<AlignmentModel>(*garment);
-  std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
-  warnings.insert(warnings.end(), (*dump)->warnings().begin(), (*dump)->warnings().end());
+  auto model = std::make_unique<AlignmentModel>(garment);
+  std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(garment);
+  warnings.insert(warnings.end(), dump->warnings().begin(), dump->warnings().end());
   return std::make_unique<RegistrationInputs>(
-      RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
-                         *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),
-                         *std::move(camera_sigma_px), std::move(texture)});
+      RegistrationInputs{std::move(rig), *std::move(index), std::move(garment), std::move(model),
+                         std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),
+                         std::move(camera_sigma_px), std::move(texture)});
 }
 
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
@@ -112,9 +108,8 @@ absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& sp
       return absl::InvalidArgumentError(
           "frames: named twice, by `frames` and by `first_frame` and `end_frame`; give one of them");
     }
-    const absl::StatusOr<FrameRange> named = FindFrameRange(spec.frames(), frame_names, spec.dump());
-    if (!named.ok()) return named.status();
-    for (size_t i = named->first; i < named->end; ++i) range.push_back(i);
+    WEFT_ASSIGN_OR_RETURN(const FrameRange named, FindFrameRange(spec.frames(), frame_names, spec.dump()));
+    for (size_t i = named.first; i < named.end; ++i) range.push_back(i);
     return range;
   }
   const auto count = static_cast<int64_t>(frame_names.size());
@@ -134,10 +129,9 @@ absl::Status AddExtraWarnings(const v1::RegistrationSpec& spec, const std::vecto
   const std::vector<std::string>& names = inputs.dump->frame_names();
   std::vector<std::string> of_job;
   for (const size_t index : frames) of_job.push_back(names[index]);
-  const absl::StatusOr<std::vector<std::string>> notes =
-      CheckExtras(spec.options(), names, of_job, spec.live_every() > 0);
-  if (!notes.ok()) return notes.status();
-  inputs.warnings.insert(inputs.warnings.end(), notes->begin(), notes->end());
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> notes,
+                        CheckExtras(spec.options(), names, of_job, spec.live_every() > 0));
+  inputs.warnings.insert(inputs.warnings.end(), notes.begin(), notes.end());
   return absl::OkStatus();
 }
 

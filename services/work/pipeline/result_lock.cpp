@@ -10,6 +10,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {
@@ -75,21 +76,20 @@ Locked Lock(int fd) {
 
 absl::StatusOr<ResultLock> ResultLock::Acquire(const std::string& out, const std::string& owner,
                                                std::chrono::milliseconds patience) {
-  absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out);
-  if (!folder.ok()) return folder.status();
+  WEFT_ASSIGN_OR_RETURN(ConfinedFolder folder, ConfinedFolder::Open(out));
   const Clock::time_point until = Clock::now() + patience;
   for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20))) {
     const bool is_last = Clock::now() >= until;
-    UniqueFd file = OpenLockFile(*folder);
-    if (!file.open()) return WriteError(folder->Named(kFileName), errno);
+    UniqueFd file = OpenLockFile(folder);
+    if (!file.open()) return WriteError(folder.Named(kFileName), errno);
     const Locked locked = Lock(file.get());
     if (locked == Locked::kNo) {
       if (is_last) return HeldBy(out, HolderOf(file.get()));
       continue;
     }
     // Its last holder may have removed it before it let go.
-    if (locked == Locked::kYes && !SameFile(*folder, file.get())) continue;
-    absl::StatusOr<HolderRecord> holder = HolderRecord::TakeIn(*folder, kHolderName, owner);
+    if (locked == Locked::kYes && !SameFile(folder, file.get())) continue;
+    absl::StatusOr<HolderRecord> holder = HolderRecord::TakeIn(folder, kHolderName, owner);
     if (absl::IsFailedPrecondition(holder.status())) {
       if (is_last) return holder.status();
       continue;
@@ -99,7 +99,7 @@ absl::StatusOr<ResultLock> ResultLock::Acquire(const std::string& out, const std
     // A full disk has no room for it; the other lock holds then.
     std::optional<HolderRecord> record;
     if (holder.ok()) record.emplace(*std::move(holder));
-    return ResultLock(*std::move(folder), std::move(file), owner, std::move(record));
+    return ResultLock(std::move(folder), std::move(file), owner, std::move(record));
   }
 }
 
@@ -120,11 +120,10 @@ absl::Status ResultLock::Renew() {
   if (const auto now = ConfinedFolder::Open(folder_.path()); now.ok() && SameFile(*now, file_.get())) {
     return absl::OkStatus();
   }
-  if (absl::Status status = CreateFolders(folder_.path()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder_.path()));
   holder_.reset();
-  absl::StatusOr<ResultLock> again = Acquire(folder_.path(), owner_, std::chrono::milliseconds(0));
-  if (!again.ok()) return again.status();
-  *this = *std::move(again);
+  WEFT_ASSIGN_OR_RETURN(ResultLock again, Acquire(folder_.path(), owner_, std::chrono::milliseconds(0)));
+  *this = std::move(again);
   return absl::OkStatus();
 }
 

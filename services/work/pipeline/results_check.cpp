@@ -4,6 +4,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/work/pipeline/frame_folder.h"
 #include "services/work/pipeline/frame_inputs.h"
 #include "services/work/pipeline/frame_neighbors.h"
@@ -48,7 +49,7 @@ absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& 
     found.problem = folder.CheckAll(*report);
   }
   if (!found.problem.empty()) return found;
-  if (absl::Status status = folder.Sync(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(folder.Sync());
   found.facts = FactsOf(*report);
   found.window = report->temporal().window();
   found.bridged = report->temporal().bridged();
@@ -79,17 +80,15 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
   const absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(job.spec().out());
   if (!base.ok() && !absl::IsNotFound(base.status())) return base.status();
 
-  const absl::StatusOr<FingerprintsNow> inputs = FingerprintsNow::Open(job.spec());
-  if (!inputs.ok()) return inputs.status();
+  WEFT_ASSIGN_OR_RETURN(const FingerprintsNow inputs, FingerprintsNow::Open(job.spec()));
 
   std::vector<Found> found(frames.size());
   std::vector<IncompleteFrame> incomplete;
   for (size_t i = 0; i < frames.size(); ++i) {
     if (!IsResult(frames[i].state())) continue;
     if (base.ok()) {
-      absl::StatusOr<Found> looked = LookAt(*base, like, *inputs, frames[i].frame());
-      if (!looked.ok()) return looked.status();
-      found[i] = *std::move(looked);
+      WEFT_ASSIGN_OR_RETURN(Found looked, LookAt(*base, like, inputs, frames[i].frame()));
+      found[i] = std::move(looked);
     } else {
       found[i].problem = "its folder is gone";
     }
@@ -111,7 +110,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
     incomplete.push_back({static_cast<size_t>(at), "its neighbours' refinement is missing"});
   }
   if (base.ok()) {
-    if (absl::Status status = base->Sync(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(base->Sync());
   }
   return incomplete;
 }

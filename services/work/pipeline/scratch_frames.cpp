@@ -12,6 +12,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
 
@@ -46,7 +47,7 @@ absl::Status CopyBytes(const PosixFile& from, const StoredView& view, PosixFile&
     piece.resize(std::min(view.bytes - done, kPiece));
     if (!from.ReadAt(piece.data(), piece.size(), view.offset_bytes + done).ok())
       return absl::DataLossError("cannot be read");
-    if (absl::Status status = to.WriteAt(piece.data(), piece.size(), done); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(to.WriteAt(piece.data(), piece.size(), done));
   }
   return absl::OkStatus();
 }
@@ -55,7 +56,7 @@ absl::Status CopyBytes(const PosixFile& from, const StoredView& view, PosixFile&
 
 absl::StatusOr<std::unique_ptr<ScratchFrames>> ScratchFrames::Create(std::unique_ptr<FrameSource> shared,
                                                                      size_t cameras, ScratchOptions options) {
-  if (absl::Status status = CreateFolders(options.folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.folder));
   const std::string gate = absl::StrCat(options.folder, "/weft-scratch.lock");
   UniqueFd open_gate = OpenLock(gate, O_RDWR | O_CREAT);
   if (!open_gate.open()) open_gate = OpenLock(gate, O_RDONLY);  // of another user
@@ -116,9 +117,8 @@ absl::Status ScratchFrames::CopyFrame(size_t index, const Views& views) {
     const absl::StatusOr<PosixFile> from = PosixFile::Open(view.file, O_RDONLY);
     if (!from.ok()) continue;
     const std::string path = absl::StrCat(folder_, "/", index, "-", camera);
-    absl::StatusOr<PosixFile> to = PosixFile::Open(path, O_WRONLY | O_CREAT | O_TRUNC);
-    if (!to.ok()) return to.status();
-    const absl::Status copied = CopyBytes(*from, view, *to);
+    WEFT_ASSIGN_OR_RETURN(PosixFile to, PosixFile::Open(path, O_WRONLY | O_CREAT | O_TRUNC));
+    const absl::Status copied = CopyBytes(*from, view, to);
     if (!copied.ok()) {
       unlink(path.c_str());
       if (absl::IsDataLoss(copied)) continue;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "alignment/placement.h"
+#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 
@@ -87,9 +88,9 @@ int Centers(const v1::FrameReport& report) {
 absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
                                             const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
                                             std::vector<ViewObservations>* views, v1::FrameReport& report) {
-  const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
-      pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
-  if (!surface.ok()) return surface.status();
+  WEFT_ASSIGN_OR_RETURN(const PredictedSurface surface,
+                        PredictedSurface::Build(pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh,
+                                                pass.options.prediction));
   const std::vector<bool> placed = Placed(pass);
   std::vector<uint8_t> changed(views->size(), 0);
   const auto look = [&](size_t camera) {
@@ -98,7 +99,7 @@ absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const 
     const bool keeps_image = view.has_image();
     view.Wake();
     const std::vector<PredictedCell> wanted =
-        Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, placed, view.state());
+        Wanted(surface.CellsIn(pass.inputs.rig.cameras[camera]), pass, placed, view.state());
     v1::ViewReport& counts = *report.mutable_views(static_cast<int>(camera));
     changed[camera] = !wanted.empty() && LookInto(pass, wanted, camera, view, counts);
     if (changed[camera]) {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -162,7 +163,7 @@ absl::Status PlanRequest::Validate() const {
 }
 
 absl::StatusOr<v1::JobPlan> PlanJob(const Pilot& pilot, const PlanRequest& request) {
-  if (absl::Status status = request.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.Validate());
   if (pilot.frame_s.empty() || pilot.threads < 1 || pilot.job_frames < 1)
     return absl::InvalidArgumentError("pilot: has no frame");
   if (request.cores < pilot.threads) {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/work/executor/local_executor.h"
 #include "services/work/pipeline/registration_inputs.h"
 
@@ -172,19 +173,17 @@ absl::StatusOr<Pilot> RunPilot(const v1::RegistrationSpec& asked, const PilotOpt
   std::vector<v1::Task> tasks;
   size_t frames = 0;
   {
-    const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
-    if (!inputs.ok()) return inputs.status();
-    const std::vector<std::string>& names = (*inputs)->dump->frame_names();
-    const absl::StatusOr<std::vector<size_t>> all = FramesInRange(spec, names);
-    if (!all.ok()) return all.status();
-    job_frames = all->size();
+    WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationInputs> inputs, LoadInputs(spec));
+    const std::vector<std::string>& names = inputs->dump->frame_names();
+    WEFT_ASSIGN_OR_RETURN(const std::vector<size_t> all, FramesInRange(spec, names));
+    job_frames = all.size();
     for (const std::vector<size_t>& run :
-         PilotRuns(all->size(), static_cast<size_t>(std::max(1, options.frames)))) {
+         PilotRuns(all.size(), static_cast<size_t>(std::max(1, options.frames)))) {
       v1::Task task;
       task.set_id(absl::StrCat("pilot.", tasks.size()));
       task.set_threads(options.threads);
       *task.mutable_spec() = spec;
-      for (const size_t position : run) task.add_frames(names[(*all)[position]]);
+      for (const size_t position : run) task.add_frames(names[all[position]]);
       frames += run.size();
       tasks.push_back(std::move(task));
     }
@@ -194,11 +193,10 @@ absl::StatusOr<Pilot> RunPilot(const v1::RegistrationSpec& asked, const PilotOpt
   local.task_folder = absl::StrCat(options.out, "/tasks");
   local.workers = options.at_once;
   local.allowed_paths = {"/"};  // it reads what this process may read
-  absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(std::move(local));
-  if (!executor.ok()) return executor.status();
-  PilotTasks running(**executor, options, frames);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<LocalExecutor> executor, LocalExecutor::Create(std::move(local)));
+  PilotTasks running(*executor, options, frames);
   const absl::StatusOr<std::vector<PilotTask>> measured = running.Run(tasks, std::move(stop));
-  (*executor)->StopAll();
+  executor->StopAll();
   if (!measured.ok()) return measured.status();
   Pilot pilot = PilotFrom(*measured);
   if (pilot.frame_s.empty()) return absl::InternalError("the pilot's workers finished no frame");

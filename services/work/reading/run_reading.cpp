@@ -7,6 +7,7 @@
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_verdict.h"
@@ -49,21 +50,20 @@ Confinement FilesOf(const v1::Reading& reading) {
 }
 
 absl::Status ReadInputs(const v1::RegistrationSpec& spec, v1::ReadingAnswer& answer) {
-  absl::StatusOr<LoadedInputs> inputs = LoadJobInputs(spec);
-  if (!inputs.ok()) return inputs.status();
-  answer.mutable_frames()->Assign(inputs->frames.begin(), inputs->frames.end());
-  *answer.mutable_hashes() = inputs->hashes;
-  answer.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
-  if (inputs->driven) *answer.mutable_driven() = *inputs->driven;
+  WEFT_ASSIGN_OR_RETURN(LoadedInputs inputs, LoadJobInputs(spec));
+  answer.mutable_frames()->Assign(inputs.frames.begin(), inputs.frames.end());
+  *answer.mutable_hashes() = inputs.hashes;
+  answer.mutable_warnings()->Assign(inputs.warnings.begin(), inputs.warnings.end());
+  if (inputs.driven) *answer.mutable_driven() = inputs->driven;
   return absl::OkStatus();
 }
 
 absl::Status FindIncomplete(const v1::JobToRead& asked, v1::ReadingAnswer& answer) {
   const std::vector<v1::FrameInfo> frames(asked.frames().begin(), asked.frames().end());
-  const auto incomplete = asked.job().spec().has_driving() ? FindIncompleteDriven(asked.job(), frames)
-                                                           : FindIncompleteFrames(asked.job(), frames);
-  if (!incomplete.ok()) return incomplete.status();
-  for (const IncompleteFrame& frame : *incomplete) {
+  WEFT_ASSIGN_OR_RETURN(const auto incomplete, asked.job().spec().has_driving()
+                                                   ? FindIncompleteDriven(asked.job(), frames)
+                                                   : FindIncompleteFrames(asked.job(), frames));
+  for (const IncompleteFrame& frame : incomplete) {
     v1::ReadingAnswer::Incomplete& one = *answer.add_incomplete();
     one.set_position(static_cast<int64_t>(frame.position));
     one.set_why(frame.why);

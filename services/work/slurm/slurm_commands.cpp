@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/work/executor/run_program.h"
 
 namespace weft {
@@ -75,9 +76,8 @@ absl::StatusOr<SlurmCommands> SlurmCommands::Find(const std::string& folder) {
                                    {"squeue", &commands.squeue_},
                                    {"scancel", &commands.scancel_},
                                    {"scontrol", &commands.scontrol_}}) {
-    absl::StatusOr<std::string> found = FindCommand(name, folder);
-    if (!found.ok()) return found.status();
-    *file = *std::move(found);
+    WEFT_ASSIGN_OR_RETURN(std::string found, FindCommand(name, folder));
+    *file = std::move(found);
   }
   return commands;
 }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/slurm/slurm_run.h"
@@ -36,29 +37,26 @@ std::string Unpatterned(const std::string& path) { return absl::StrReplaceAll(pa
 
 // The executor's name in the comments of its jobs, the same for each executor on the folder.
 absl::StatusOr<std::string> TagOf(const std::string& folder) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   const std::string file = absl::StrCat(folder, "/executor");
   if (const absl::StatusOr<std::string> known = ReadWholeFile(file); known.ok())
     return std::string(absl::StripAsciiWhitespace(*known));
   std::random_device random;
   const std::string tag =
       absl::StrCat(absl::Hex(random(), absl::kZeroPad8), absl::Hex(random(), absl::kZeroPad8));
-  if (absl::Status status = WriteFileAtomically(file, tag + "\n"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteFileAtomically(file, tag + "\n"));
   return tag;
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<SlurmExecutor>> SlurmExecutor::Create(SlurmOptions options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<PathMap> map = PathMap::Create(options.mapped_paths);
-  if (!map.ok()) return map.status();
-  absl::StatusOr<SlurmCommands> commands = SlurmCommands::Find(options.programs_folder);
-  if (!commands.ok()) return commands.status();
-  absl::StatusOr<std::string> tag = TagOf(options.folder);
-  if (!tag.ok()) return tag.status();
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_ASSIGN_OR_RETURN(PathMap map, PathMap::Create(options.mapped_paths));
+  WEFT_ASSIGN_OR_RETURN(SlurmCommands commands, SlurmCommands::Find(options.programs_folder));
+  WEFT_ASSIGN_OR_RETURN(std::string tag, TagOf(options.folder));
   std::unique_ptr<SlurmExecutor> executor(
-      new SlurmExecutor(std::move(options), *std::move(map), *std::move(commands), *std::move(tag)));
+      new SlurmExecutor(std::move(options), std::move(map), std::move(commands), std::move(tag)));
   executor->thread_ = std::thread(&SlurmExecutor::Loop, executor.get());
   return executor;
 }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 
 namespace weft {
@@ -164,8 +165,8 @@ bool HasEnded(const std::string& slurm_state) {
 
 absl::StatusOr<std::vector<SlurmRecord>> ParseSqueue(std::string_view json) {
   Struct object;
-  if (absl::Status status = ParseJson(json, "squeue", object); !status.ok()) return status;
-  if (absl::Status status = ErrorsOf(object); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(json, "squeue", object));
+  WEFT_RETURN_IF_ERROR(ErrorsOf(object));
   const Value* jobs = FindField(object, "jobs");
   if (jobs == nullptr || !jobs->has_list_value())
     return absl::InvalidArgumentError("squeue: its JSON has no list \"jobs\"");

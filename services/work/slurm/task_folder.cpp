@@ -9,6 +9,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/unique_fd.h"
@@ -53,11 +54,10 @@ absl::Status TaskFolder::Write(const std::vector<const v1::Task*>& tasks, const 
                                const PathMap& map) const {
   std::string setup;
   if (!options.setup_file.empty()) {
-    absl::StatusOr<std::string> read = ReadWholeFile(options.setup_file, kMaxSetupBytes);
-    if (!read.ok()) return read.status();
-    setup = *std::move(read);
+    WEFT_ASSIGN_OR_RETURN(std::string read, ReadWholeFile(options.setup_file, kMaxSetupBytes));
+    setup = std::move(read);
   }
-  if (absl::Status status = CreateFolders(folder_); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder_));
   for (size_t i = 0; i < tasks.size(); ++i) {
     v1::Task task = *tasks[i];
     task.mutable_allowed_paths()->Assign(options.allowed_paths.begin(), options.allowed_paths.end());

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/confinement/worker_user.h"
@@ -73,7 +74,7 @@ bool DieWithParent(int parent) {
 absl::Status RunTaskFile(const std::string& path, const EventLog& log, const weft::UsageMeter& meter,
                          int niceness) {
   weft::v1::Task task;
-  if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(weft::ReadJsonFile(path, task));
   std::stop_source stop;
   const auto report = [&stop, &log, &meter](const weft::v1::WorkerEvent& event) {
     weft::v1::WorkerEvent told = event;
@@ -82,14 +83,13 @@ absl::Status RunTaskFile(const std::string& path, const EventLog& log, const wef
     if (!log.Add(told)) stop.request_stop();
   };
   // Threads that run by now would stay free, and a file of others may take over any of them.
-  const absl::StatusOr<weft::UniqueFd> out = weft::ConfineToTask(task, report);
-  if (!out.ok()) return out.status();
+  WEFT_ASSIGN_OR_RETURN(const weft::UniqueFd out, weft::ConfineToTask(task, report));
   const weft::StopOnSignal signals;
   // Whoever records goes first.
   if (task.spec().live_every() > 0) [[maybe_unused]]
     const int ignored = nice(kLiveNiceness - niceness);
   const std::stop_callback forward(signals.token(), [&stop] { stop.request_stop(); });
-  return weft::RunTask(task, *out, report, stop.get_token());
+  return weft::RunTask(task, out, report, stop.get_token());
 }
 
 // The same, with exceptions as errors.

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/work/animation/drive_frames.h"
@@ -64,14 +65,11 @@ void TellEvents(const std::function<void(const v1::WorkerEvent&)>& report, Regis
 // Frames of a job follow each other: all of its frames are known to whoever drives some of them.
 absl::Status DriveTaskFrames(const v1::Task& task, const RegistrationEvents& events,
                              const std::stop_token& stop) {
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(task.spec());
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(task.spec(), **inputs);
-  if (!list.ok()) return list.status();
-  absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, list->Names());
-  if (!frames.ok()) return frames.status();
-  std::sort(frames->begin(), frames->end());
-  return DriveFrames(task.spec(), **inputs, *list, *frames, task.spec().out(), task.threads(), events, stop);
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(task.spec()));
+  WEFT_ASSIGN_OR_RETURN(const DriveFrameList list, ListDriveFrames(task.spec(), *inputs));
+  WEFT_ASSIGN_OR_RETURN(std::vector<size_t> frames, FindFrames(task, list.Names()));
+  std::sort(frames.begin(), frames.end());
+  return DriveFrames(task.spec(), *inputs, list, frames, task.spec().out(), task.threads(), events, stop);
 }
 
 bool WasRemoved(const UniqueFd& folder) {
@@ -80,26 +78,25 @@ bool WasRemoved(const UniqueFd& folder) {
 }
 
 absl::Status RegisterTaskFrames(const v1::Task& task, RegistrationEvents events, std::stop_token stop) {
-  absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<RegistrationInputs> inputs, LoadInputs(task.spec()));
+  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, inputs->dump->frame_names());
   if (!frames.ok()) return frames.status();
-  const absl::StatusOr<std::vector<size_t>> job_frames =
-      FramesInRange(task.spec(), (*inputs)->dump->frame_names());
-  if (!job_frames.ok()) return job_frames.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<size_t> job_frames,
+                        FramesInRange(task.spec(), inputs->dump->frame_names()));
   if (!task.scratch_folder().empty()) {
-    absl::StatusOr<std::unique_ptr<ScratchFrames>> scratch = ScratchFrames::Create(
-        std::move((*inputs)->dump), (*inputs)->rig.cameras.size(),
-        {.folder = task.scratch_folder(), .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20});
-    if (!scratch.ok()) return scratch.status();
-    events.reads = [&frames = *frames, copies = scratch->get()](size_t index) {
+    WEFT_ASSIGN_OR_RETURN(
+        std::unique_ptr<ScratchFrames> scratch,
+        ScratchFrames::Create(std::move(inputs->dump), inputs->rig.cameras.size(),
+                              {.folder = task.scratch_folder(),
+                               .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20}));
+    events.reads = [&frames = *frames, copies = scratch.get()](size_t index) {
       const auto at = std::find(frames.begin(), frames.end(), index);
       const bool is_last = at == frames.end() || at + 1 == frames.end();
       return copies->Hold(index, is_last ? std::nullopt : std::optional<size_t>(at[1]));
     };
-    (*inputs)->dump = *std::move(scratch);
+    inputs->dump = std::move(scratch);
   }
-  return RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(), task.spec().out(),
+  return RegisterFrames(*inputs, job_frames, *frames, task.spec().options(), task.spec().out(),
                         {.threads = task.threads()}, events, std::move(stop));
 }
 

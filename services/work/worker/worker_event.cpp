@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 
 namespace weft {
@@ -18,7 +19,7 @@ std::string WorkerEventLine(const v1::WorkerEvent& event) {
 
 absl::StatusOr<v1::WorkerEvent> ParseWorkerEvent(std::string_view line) {
   v1::WorkerEvent event;
-  if (absl::Status status = ParseJson(line, "worker", event); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ParseJson(line, "worker", event));
   if (event.event_case() == v1::WorkerEvent::EVENT_NOT_SET) {
     return absl::InvalidArgumentError("worker: a line without an event");
   }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 
 namespace weft {
@@ -67,9 +68,8 @@ class FileReactor final : public grpc::ServerWriteReactor<v1::FileChunk> {
 
 absl::StatusOr<FilePieces> FilePieces::Open(const ConfinedFolder& folder, const std::string& path,
                                             const StreamStart& start) {
-  absl::StatusOr<UniqueFd> file = folder.OpenFile(path);
-  if (!file.ok()) return file.status();
-  FilePieces pieces(folder.Named(path), *std::move(file));
+  WEFT_ASSIGN_OR_RETURN(UniqueFd file, folder.OpenFile(path));
+  FilePieces pieces(folder.Named(path), std::move(file));
   struct stat info;
   if (fstat(pieces.file_.get(), &info) != 0)
     return absl::UnavailableError(absl::StrCat(pieces.path_, ": cannot be read (", strerror(errno), ")"));

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/rpc/error_detail.h"
 
@@ -126,7 +127,7 @@ std::vector<std::string> PathPolicy::AllowedButState() const {
 absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, const std::string& path) const {
   absl::StatusOr<std::string> canonical = CheckInputPath(field, path);
   if (!canonical.ok()) return canonical;
-  if (absl::Status status = CheckLinks(field, *canonical); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckLinks(field, *canonical));
   return canonical;
 }
 

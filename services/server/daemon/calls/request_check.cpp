@@ -6,7 +6,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
+#include "services/server/retention/retention_plan.h"
 #include "services/server/rpc/error_detail.h"
 
 namespace weft {
@@ -131,7 +133,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
 }
 
 absl::Status CheckPlainName(const std::string& field, const std::string& name) {
-  if (absl::Status status = CheckText(field, name, kMaxNameBytes); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckText(field, name, kMaxNameBytes));
   if (name == "." || name == ".." || name.find('/') != std::string::npos) {
     return Invalid(field, absl::StrCat("\"", name, "\" has folders"), "give a name without folders");
   }
@@ -216,14 +218,13 @@ absl::Status CheckOffset(int64_t offset) {
 }
 
 absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
-  if (absl::Status status = CheckJobId(request.job_id()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckJobId(request.job_id()));
   const bool of_job = request.kind() == v1::RESULT_KIND_JOB || request.kind() == v1::RESULT_KIND_JOB_REPORT;
   if (!v1::ResultKind_IsValid(request.kind()) || request.kind() == v1::RESULT_KIND_UNSPECIFIED) {
     return Invalid("kind", absl::StrCat(static_cast<int>(request.kind()), " is no kind of result"));
   }
-  if (absl::Status status = CheckOffset(request.offset()); !status.ok()) return status;
-  if (absl::Status status = CheckText("version", request.version(), kMaxNameBytes); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(CheckOffset(request.offset()));
+  WEFT_RETURN_IF_ERROR(CheckText("version", request.version(), kMaxNameBytes));
   if (of_job && !request.frame().empty())
     return Invalid("frame", "is given for a file of the whole job", "leave it empty");
   if (!of_job && request.frame().empty()) return Invalid("frame", "must not be empty");

@@ -14,6 +14,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -110,10 +111,9 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
   address.host = text.substr(0, colon);
   if (absl::StartsWith(address.host, "[") && absl::EndsWith(address.host, "]"))
     address.host = address.host.substr(1, address.host.size() - 2);
-  const absl::StatusOr<Addresses> found = AddressesOf(address);
-  if (!found.ok()) return found.status();
+  WEFT_ASSIGN_OR_RETURN(const Addresses found, AddressesOf(address));
   address.kind = ListenKind::kLoopback;
-  for (const addrinfo* one = found->get(); one != nullptr; one = one->ai_next) {
+  for (const addrinfo* one = found.get(); one != nullptr; one = one->ai_next) {
     if (!IsLoopback(*one->ai_addr)) address.kind = ListenKind::kNetwork;
   }
   return address;
@@ -121,10 +121,9 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
 
 absl::StatusOr<ListeningSocket> ListenAt(const ListenAddress& address) {
   if (address.kind == ListenKind::kUnixSocket) return ListenAtPath(address);
-  const absl::StatusOr<Addresses> found = AddressesOf(address);
-  if (!found.ok()) return found.status();
+  WEFT_ASSIGN_OR_RETURN(const Addresses found, AddressesOf(address));
   int error = EADDRNOTAVAIL;
-  for (const addrinfo* one = found->get(); one != nullptr; one = one->ai_next) {
+  for (const addrinfo* one = found.get(); one != nullptr; one = one->ai_next) {
     UniqueFd listening(socket(one->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     // A port whose connections are still closing may be taken again; one that another program listens on may
     // not.

@@ -11,6 +11,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/text_file.h"
 #include "services/formats/options/first_error.h"
@@ -99,15 +100,14 @@ absl::Status Give(CLI::Option& option, const std::vector<std::string>& values) {
 }  // namespace
 
 absl::Status ApplyConfigFile(const std::string& path, CLI::App& app) {
-  const absl::StatusOr<std::string> text = ReadTextFile(path, kMaxConfigBytes);
-  if (!text.ok()) return text.status();
+  WEFT_ASSIGN_OR_RETURN(const std::string text, ReadTextFile(path, kMaxConfigBytes));
   FirstError error;
   TextFormat::ParseInfoTree tree;
   TextFormat::Parser parser;
   parser.RecordErrorsTo(&error);
   parser.WriteLocationsTo(&tree);
   v1::DaemonConfig config;
-  if (!parser.ParseFromString(*text, &config))
+  if (!parser.ParseFromString(text, &config))
     return absl::InvalidArgumentError(ConfigError(path, error.line(), ParserProblem(error.message())));
   std::vector<const FieldDescriptor*> fields;
   config.GetReflection()->ListFields(config, &fields);

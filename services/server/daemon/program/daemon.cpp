@@ -14,6 +14,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/holder_record.h"
@@ -133,16 +134,14 @@ void EndAtOnce() {
 // Begins with the end of an earlier daemon's processes, and the notices.
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
                                                     Daemon::Parts& parts) {
-  absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
-      Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"), EndAtOnce);
-  if (!catalogue.ok()) return catalogue.status();
-  if (absl::Status ended = AwaitEarlierProcesses(options.state_folder); !ended.ok()) return ended;
-  auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);
-  if (!opened.ok()) return opened.status();
-  parts.notices = *std::move(opened);
-  for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
-  absl::StatusOr<std::unique_ptr<Executor>> executor = MakeExecutor(options, share);
-  if (!executor.ok()) return executor.status();
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Catalogue> catalogue,
+                        Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"), EndAtOnce));
+  WEFT_RETURN_IF_ERROR(AwaitEarlierProcesses(options.state_folder));
+  WEFT_ASSIGN_OR_RETURN(auto opened,
+                        EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices));
+  parts.notices = std::move(opened);
+  for (const std::string& warning : catalogue->warnings()) spdlog::warn("{}", warning);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Executor> executor, MakeExecutor(options, share));
   JobQueueOptions queue_options;
   queue_options.threads_per_worker =
       options.slurm.folder.empty() ? share.threads_per_worker : options.slurm.cpus_per_task;
@@ -161,9 +160,9 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   };
   queue_options.results_folder = absl::StrCat(options.state_folder, "/results");
   queue_options.is_read = IsReadBy(parts);
-  queue_options.warnings = TakeUpLostJobs(queue_options.results_folder, **catalogue);
+  queue_options.warnings = TakeUpLostJobs(queue_options.results_folder, *catalogue);
   for (const std::string& warning : queue_options.warnings) spdlog::warn("{}", warning);
-  return JobQueue::Create(*std::move(catalogue), *std::move(executor), std::move(queue_options));
+  return JobQueue::Create(std::move(catalogue), std::move(executor), std::move(queue_options));
 }
 
 // What an input of an operation is in the library.
@@ -245,16 +244,15 @@ absl::Status DaemonOptions::Validate() const {
   for (const std::string& text : listen) addresses.emplace_back("--listen", text);
   if (!metrics_listen.empty()) addresses.emplace_back("--metrics", metrics_listen);
   for (const auto& [option, text] : addresses) {
-    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
-    if (!address.ok()) return address.status();
-    if (address->kind != ListenKind::kNetwork) continue;
+    WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(text));
+    if (address.kind != ListenKind::kNetwork) continue;
     if (tls.certificate.empty() || tls.key.empty()) {
       return absl::InvalidArgumentError(
           absl::StrCat(option, ": ", text,
                        " can be reached from other machines, which needs TLS; give --tls-cert and "
                        "--tls-key, or listen on 127.0.0.1"));
     }
-    if (absl::Status status = CheckTlsFiles(tls); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckTlsFiles(tls));
   }
   if (workers < 0 || workers > kMaxWorkers) {
     return absl::InvalidArgumentError(absl::StrCat("--workers: ", workers, ", must be 0 to ", kMaxWorkers));
@@ -263,9 +261,9 @@ absl::Status DaemonOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
   }
-  if (absl::Status status = notices.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(notices.Validate());
   if (!slurm.folder.empty()) {
-    if (absl::Status status = SlurmOptionsOf(*this).Validate(); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(SlurmOptionsOf(*this).Validate());
     if (!worker_user.empty()) {
       return absl::InvalidArgumentError(
           "--worker-user: tasks on a cluster run as the daemon's user; leave it out beside --slurm-folder");
@@ -279,12 +277,11 @@ Daemon::Daemon() : parts_(std::make_unique<Parts>()) {}
 Daemon::~Daemon() { Stop(); }
 
 absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CreateFolders(options.state_folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options.Validate());
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.state_folder));
   options.state_folder = std::filesystem::canonical(options.state_folder).string();
-  absl::StatusOr<PathPolicy> policy = PathPolicy::Create(options.allow_paths, options.state_folder);
-  if (!policy.ok()) return policy.status();
-  options.allow_paths = policy->allowed();
+  WEFT_ASSIGN_OR_RETURN(PathPolicy policy, PathPolicy::Create(options.allow_paths, options.state_folder));
+  options.allow_paths = policy.allowed();
   // Takes, results and the list of clients are nobody else's.
   std::error_code error;
   std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
@@ -300,28 +297,25 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
   daemon->parts_->drain = std::make_unique<Drain>(options.on_drained);
-  auto queue = MakeQueue(options, share, *daemon->parts_);
-  if (!queue.ok()) return queue.status();
-  daemon->parts_->queue = *std::move(queue);
-  absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
-  if (!library.ok()) return library.status();
-  daemon->parts_->library = *std::move(library);
+  WEFT_ASSIGN_OR_RETURN(auto queue, MakeQueue(options, share, *daemon->parts_));
+  daemon->parts_->queue = std::move(queue);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Library> library, Library::Open(options.state_folder));
+  daemon->parts_->library = std::move(library);
 
   v1::ServerInfo info;
   info.set_version(WEFT_VERSION);
   info.set_workers(share.workers);
   info.set_threads_per_worker(share.threads_per_worker);
-  info.mutable_allowed_paths()->Assign(policy->allowed().begin(), policy->allowed().end());
+  info.mutable_allowed_paths()->Assign(policy.allowed().begin(), policy.allowed().end());
   info.set_state_folder(options.state_folder);
   info.set_started_unix_ns(HostTime_ns());
   Parts& parts = *daemon->parts_;
-  auto session_keeper = SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions"));
-  if (!session_keeper.ok()) return session_keeper.status();
-  parts.session_keeper = *std::move(session_keeper);
-  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, *policy, parts));
-  auto operations = OperationQueue::Create(OperationsOf(options, *policy, parts));
-  if (!operations.ok()) return operations.status();
-  parts.operation_queue = *std::move(operations);
+  WEFT_ASSIGN_OR_RETURN(auto session_keeper,
+                        SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions")));
+  parts.session_keeper = std::move(session_keeper);
+  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, policy, parts));
+  WEFT_ASSIGN_OR_RETURN(auto operations, OperationQueue::Create(OperationsOf(options, policy, parts)));
+  parts.operation_queue = std::move(operations);
   parts.take_keeper->Begin();
   const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
     return CallerOf(context, *parts.access);
@@ -329,11 +323,11 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.operations = std::make_unique<OperationService>(*parts.operation_queue, caller);
   parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
   parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library,
-                                                    *policy, caller);
+                                                    policy, caller);
   parts.takes =
       std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue, caller);
-  if (absl::Status status = daemon->KnowCallers(options); !status.ok()) return status;
-  parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, *std::move(policy),
+  WEFT_RETURN_IF_ERROR(daemon->KnowCallers(options));
+  parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, std::move(policy),
                                                             absl::StrCat(options.state_folder, "/results"),
                                                             options.load_inputs, caller});
   parts.server_info = std::make_unique<ServerService>(
@@ -343,7 +337,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.library_service = std::make_unique<LibraryService>(
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item, caller);
   daemon->BeginRetention(options);
-  if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(daemon->Listen(options));
   return daemon;
 }
 

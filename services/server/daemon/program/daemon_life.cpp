@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/ground/process/descriptor_limit.h"
 #include "services/ground/process/service_manager.h"
@@ -40,9 +41,8 @@ class DaemonLife {
     // Before any thread starts.
     const StopOnSignal signals([this] { AskForReload(); });
     setup_.options.on_drained = [this] { AskForStop(); };
-    absl::StatusOr<std::unique_ptr<Daemon>> daemon = Daemon::Start(setup_.options);
-    if (!daemon.ok()) return daemon.status();
-    daemon_ = *std::move(daemon);
+    WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Daemon> daemon, Daemon::Start(setup_.options));
+    daemon_ = std::move(daemon);
     spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each",
                  absl::StrJoin(daemon_->addresses(), ", "), daemon_->workers(),
                  daemon_->threads_per_worker());

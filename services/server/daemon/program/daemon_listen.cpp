@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/access_list.h"
@@ -108,41 +109,37 @@ absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
       [this, folder = options.state_folder] { return LoadOf(*parts_, folder, workers_); },
       static_cast<double>(HostTime_ns()) / 1e9);
   if (options.metrics_listen.empty()) return absl::OkStatus();
-  const absl::StatusOr<ListenAddress> address = ParseListenAddress(options.metrics_listen);
-  if (!address.ok()) return address.status();
-  absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
-  if (!socket.ok()) return socket.status();
-  metrics_address_ = socket->address;
-  auto page = MetricsPage::Start(*std::move(socket), options.tls,
-                                 {*parts_->metrics, *parts_->access, *parts_->audit, options.console_hosts});
-  if (!page.ok()) return page.status();
-  parts_->metrics_page = *std::move(page);
+  WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(options.metrics_listen));
+  WEFT_ASSIGN_OR_RETURN(ListeningSocket socket, ListenAt(address));
+  metrics_address_ = socket.address;
+  WEFT_ASSIGN_OR_RETURN(auto page, MetricsPage::Start(std::move(socket), options.tls,
+                                                      {*parts_->metrics, *parts_->access, *parts_->audit,
+                                                       options.console_hosts}));
+  parts_->metrics_page = std::move(page);
   return absl::OkStatus();
 }
 
 absl::Status Daemon::ServeConsole(const DaemonOptions& options) {
   if (options.console_listen.empty()) return absl::OkStatus();
-  const absl::StatusOr<ListenAddress> address = ParseListenAddress(options.console_listen);
-  if (!address.ok()) return address.status();
-  absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
-  if (!socket.ok()) return socket.status();
-  console_address_ = socket->address;
+  WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(options.console_listen));
+  WEFT_ASSIGN_OR_RETURN(ListeningSocket socket, ListenAt(address));
+  console_address_ = socket.address;
   ConsoleOptions console;
   console.host_names = options.console_hosts;
   char name[HOST_NAME_MAX + 1] = "";
   if (gethostname(name, sizeof name - 1) == 0) console.host_names.emplace_back(name);
   console.tls = options.tls;
-  console.uses_tls = socket->kind == ListenKind::kNetwork;
+  console.uses_tls = socket.kind == ListenKind::kNetwork;
   console.page_folder = options.console_files;
   console.session_file = absl::StrCat(options.state_folder, "/console.json");
   console.cookie_suffix = console_address_.substr(console_address_.rfind(':') + 1);
   console.version = WEFT_VERSION;
-  auto started = Console::Start(std::move(socket->socket), std::move(console),
-                                {*parts_->access, *parts_->audit, [this](const std::string& browser) {
-                                   return parts_->connections->ConnectConsole(browser);
-                                 }});
-  if (!started.ok()) return started.status();
-  parts_->console = *std::move(started);
+  WEFT_ASSIGN_OR_RETURN(auto started,
+                        Console::Start(std::move(socket.socket), std::move(console),
+                                       {*parts_->access, *parts_->audit, [this](const std::string& browser) {
+                                          return parts_->connections->ConnectConsole(browser);
+                                        }}));
+  parts_->console = std::move(started);
   return absl::OkStatus();
 }
 
@@ -150,9 +147,9 @@ absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
   const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
   parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
   parts_->limits = std::make_unique<CallLimits>(options.caller_limits);
-  absl::StatusOr<std::unique_ptr<AuditLog>> audit = AuditLog::Open(AuditLogFile(options.state_folder), warn);
-  if (!audit.ok()) return audit.status();
-  parts_->audit = *std::move(audit);
+  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<AuditLog> audit,
+                        AuditLog::Open(AuditLogFile(options.state_folder), warn));
+  parts_->audit = std::move(audit);
   if (!options.tls.client_revocations.empty())
     parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
   return absl::OkStatus();
@@ -163,12 +160,10 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   if (texts.empty()) texts.push_back(absl::StrCat("unix:", options.state_folder, "/weftd.sock"));
   std::vector<ListeningSocket> sockets;
   for (const std::string& text : texts) {
-    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
-    if (!address.ok()) return address.status();
-    absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
-    if (!socket.ok()) return socket.status();
-    addresses_.push_back(socket->address);
-    sockets.push_back(*std::move(socket));
+    WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(text));
+    WEFT_ASSIGN_OR_RETURN(ListeningSocket socket, ListenAt(address));
+    addresses_.push_back(socket.address);
+    sockets.push_back(std::move(socket));
   }
   if (!options.console_listen.empty()) {
     ListeningSocket console;
@@ -206,10 +201,10 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");
   parts_->health = std::make_unique<HealthWatch>(*parts_->server->GetHealthCheckService(),
                                                  [this] { return TroubleOf(*parts_); });
-  if (absl::Status status = ServeMetrics(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ServeMetrics(options));
   parts_->poller->Begin();
-  if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
-  if (absl::Status status = ServeConsole(options); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(parts_->connections->Begin());
+  WEFT_RETURN_IF_ERROR(ServeConsole(options));
   if (options.address_file.empty()) return absl::OkStatus();
   return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));
 }

@@ -12,6 +12,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/file_size.h"
@@ -295,8 +296,7 @@ Program::Program()
 
 absl::Status ReadConfig(Program& program) {
   if (!program.setup.config_file.empty()) {
-    const absl::Status status = weft::ApplyConfigFile(program.setup.config_file, program.app);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(weft::ApplyConfigFile(program.setup.config_file, program.app));
   }
   program.setup.settings = weft::SettingsOf(program.app);
   if (program.app.count("--console-files") == 0) program.setup.options.console_files = ConsoleFiles();
@@ -311,8 +311,8 @@ absl::StatusOr<weft::DaemonSetup> ReadAgain(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return absl::InvalidArgumentError(error.what());
   }
-  if (absl::Status status = ReadConfig(program); !status.ok()) return status;
-  if (absl::Status status = program.setup.options.Validate(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadConfig(program));
+  WEFT_RETURN_IF_ERROR(program.setup.options.Validate());
   return program.setup;
 }
 

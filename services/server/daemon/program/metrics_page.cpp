@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/file_stamp.h"
@@ -26,11 +27,9 @@ struct TlsTexts {
 };
 
 absl::StatusOr<TlsTexts> ReadTls(const TlsFiles& files) {
-  absl::StatusOr<std::string> certificate = ReadWholeFile(files.certificate);
-  if (!certificate.ok()) return certificate.status();
-  absl::StatusOr<std::string> key = ReadWholeFile(files.key);
-  if (!key.ok()) return key.status();
-  return TlsTexts{*std::move(certificate), *std::move(key)};
+  WEFT_ASSIGN_OR_RETURN(std::string certificate, ReadWholeFile(files.certificate));
+  WEFT_ASSIGN_OR_RETURN(std::string key, ReadWholeFile(files.key));
+  return TlsTexts{std::move(certificate), std::move(key)};
 }
 
 std::string StampOf(const TlsFiles& files) {
@@ -50,16 +49,15 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> MetricsPage::Start(ListeningSocket 
   if (uses_tls) {
     for (std::string& of_certificate : NamesOfCertificate(page->tls_.certificate))
       options.host_names.push_back(std::move(of_certificate));
-    absl::StatusOr<TlsTexts> texts = ReadTls(page->tls_);
-    if (!texts.ok()) return texts.status();
-    options.certificate_pem = std::move(texts->certificate);
-    options.key_pem = std::move(texts->key);
+    WEFT_ASSIGN_OR_RETURN(TlsTexts texts, ReadTls(page->tls_));
+    options.certificate_pem = std::move(texts.certificate);
+    options.key_pem = std::move(texts.key);
   }
-  auto server =
-      HttpServer::Start(std::move(socket.socket), std::move(options),
-                        [self = page.get()](const HttpRequest& request) { return self->Answer(request); });
-  if (!server.ok()) return server.status();
-  page->server_ = *std::move(server);
+  WEFT_ASSIGN_OR_RETURN(auto server, HttpServer::Start(std::move(socket.socket), std::move(options),
+                                                       [self = page.get()](const HttpRequest& request) {
+                                                         return self->Answer(request);
+                                                       }));
+  page->server_ = std::move(server);
   if (uses_tls) {
     page->certificate_ =
         std::jthread([self = page.get()](const std::stop_token& stop) { self->FollowCertificate(stop); });

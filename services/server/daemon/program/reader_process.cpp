@@ -9,6 +9,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/work/executor/run_program.h"
@@ -39,13 +40,12 @@ v1::Reading WithLinks(const LinkRules& rules) {
 absl::StatusOr<v1::ReadingAnswer> ReaderProcess::Run(const v1::Reading& reading) {
   free_.acquire();
   const absl::Cleanup release = [this] { free_.release(); };
-  const absl::StatusOr<UniqueFd> asked = FileInMemory(reading.SerializeAsString());
-  if (!asked.ok()) return asked.status();
+  WEFT_ASSIGN_OR_RETURN(const UniqueFd asked, FileInMemory(reading.SerializeAsString()));
   ProgramRun run;
   run.arguments = {"--read", absl::StrCat("--parent=", getpid()),
                    absl::StrCat("--memory-mib=", options_.memory_mib)};
   if (!options_.worker_user.empty()) run.arguments.push_back(absl::StrCat("--user=", options_.worker_user));
-  run.input = absl::StrCat("/proc/self/fd/", asked->get());
+  run.input = absl::StrCat("/proc/self/fd/", asked.get());
   run.patience = options_.patience;
   run.most_bytes = kMostAnswerBytes;
   run.hides_secrets = true;
@@ -74,13 +74,12 @@ void ReadInProcesses(DaemonOptions& options) {
   options.load_inputs = [readers, rules](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
     v1::Reading reading = WithLinks(rules);
     *reading.mutable_job_inputs() = spec;
-    const absl::StatusOr<v1::ReadingAnswer> answer = readers->Run(reading);
-    if (!answer.ok()) return answer.status();
+    WEFT_ASSIGN_OR_RETURN(const v1::ReadingAnswer answer, readers->Run(reading));
     LoadedInputs inputs;
-    inputs.frames.assign(answer->frames().begin(), answer->frames().end());
-    inputs.hashes = answer->hashes();
-    inputs.warnings.assign(answer->warnings().begin(), answer->warnings().end());
-    if (answer->has_driven()) inputs.driven = answer->driven();
+    inputs.frames.assign(answer.frames().begin(), answer.frames().end());
+    inputs.hashes = answer.hashes();
+    inputs.warnings.assign(answer.warnings().begin(), answer.warnings().end());
+    if (answer.has_driven()) inputs.driven = answer.driven();
     if (inputs.frames.empty()) return absl::InternalError("a reader found no frames, and no reason");
     return inputs;
   };
@@ -89,10 +88,9 @@ void ReadInProcesses(DaemonOptions& options) {
     v1::Reading reading = WithLinks(rules);
     *reading.mutable_incomplete()->mutable_job() = job;
     reading.mutable_incomplete()->mutable_frames()->Assign(frames.begin(), frames.end());
-    const absl::StatusOr<v1::ReadingAnswer> answer = readers->Run(reading);
-    if (!answer.ok()) return answer.status();
+    WEFT_ASSIGN_OR_RETURN(const v1::ReadingAnswer answer, readers->Run(reading));
     std::vector<IncompleteFrame> incomplete;
-    for (const v1::ReadingAnswer::Incomplete& one : answer->incomplete()) {
+    for (const v1::ReadingAnswer::Incomplete& one : answer.incomplete()) {
       if (one.position() < 0 || one.position() >= static_cast<int64_t>(frames.size()))
         return absl::InternalError("a reader named a frame that the job lacks");
       incomplete.push_back({static_cast<size_t>(one.position()), one.why(), one.inputs_changed()});

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/request_check.h"
@@ -44,7 +45,7 @@ grpc::Status ServerService::RehearseRetention(grpc::ServerContext*,
                                               const v1::RehearseRetentionRequest* request,
                                               v1::RetentionRehearsal* rehearsal) {
   return Answer("RehearseRetention", [&] {
-    if (absl::Status status = CheckRehearsal(*request); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckRehearsal(*request));
     *rehearsal = rehearse_(*request);
     return absl::OkStatus();
   });

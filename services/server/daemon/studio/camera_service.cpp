@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/studio/recording/camera_list.h"
@@ -39,10 +40,9 @@ absl::StatusOr<v1::Session> CameraService::SessionOf(const v1::LookAtCamerasRequ
   v1::Session cameras = request.cameras();
   std::string session_id;
   if (!request.lease().empty()) {
-    absl::StatusOr<v1::CaptureSession> session = sessions_.Renew(request.lease());
-    if (!session.ok()) return session.status();
-    cameras = session->cameras();
-    session_id = session->id();
+    WEFT_ASSIGN_OR_RETURN(v1::CaptureSession session, sessions_.Renew(request.lease()));
+    cameras = session.cameras();
+    session_id = session.id();
   }
   if (!request.camera_id().empty()) {
     v1::Session all = cameras;
@@ -56,31 +56,25 @@ absl::StatusOr<v1::Session> CameraService::SessionOf(const v1::LookAtCamerasRequ
     }
     cameras.mutable_cameras(0)->set_unsynchronized(false);  // alone it has nothing to be compared with
   }
-  if (absl::Status status = CheckSession(cameras, "cameras"); !status.ok()) return status;
-  if (absl::Status status = sessions_.CheckCamerasAreFree("cameras.cameras", cameras, session_id);
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(CheckSession(cameras, "cameras"));
+  WEFT_RETURN_IF_ERROR(sessions_.CheckCamerasAreFree("cameras.cameras", cameras, session_id));
   return cameras;
 }
 
 absl::StatusOr<std::vector<v1::CameraLook>> CameraService::Look(const v1::LookAtCamerasRequest& request) {
-  if (absl::Status status = CheckLookRequest(request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckLookRequest(request));
   TakeLookOptions options;
   if (request.width_px() > 0) options.width_px = request.width_px();
   if (!request.take_id().empty()) {
     options.camera_id = request.camera_id();
     options.frame = request.frame();
-    const absl::StatusOr<v1::RecordedTake> take = takes_.Get(request.take_id());
-    if (!take.ok()) return take.status();
-    return LookAtTake(take->folder(), options);
+    WEFT_ASSIGN_OR_RETURN(const v1::RecordedTake take, takes_.Get(request.take_id()));
+    return LookAtTake(take.folder(), options);
   }
-  const absl::StatusOr<v1::Session> session = SessionOf(request);
-  if (!session.ok()) return session.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Session session, SessionOf(request));
   absl::StatusOr<std::vector<v1::CameraLook>> looks;
-  const absl::Status filmed =
-      takes_.FilmBriefly(*session, [&](const std::string& take) { looks = LookAtTake(take, options); });
-  if (!filmed.ok()) return filmed;
+  WEFT_RETURN_IF_ERROR(
+      takes_.FilmBriefly(session, [&](const std::string& take) { looks = LookAtTake(take, options); }));
   return looks;
 }
 
@@ -107,9 +101,8 @@ grpc::Status CameraService::ListCameras(grpc::ServerContext*, const v1::ListCame
 grpc::Status CameraService::LookAtCameras(grpc::ServerContext*, const v1::LookAtCamerasRequest* request,
                                           grpc::ServerWriter<v1::CameraLook>* writer) {
   return Answer("LookAtCameras", [&]() -> absl::Status {
-    const absl::StatusOr<std::vector<v1::CameraLook>> looks = Look(*request);
-    if (!looks.ok()) return looks.status();
-    for (const v1::CameraLook& look : *looks) {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<v1::CameraLook> looks, Look(*request));
+    for (const v1::CameraLook& look : looks) {
       if (!writer->Write(look)) return absl::CancelledError("the client went away");
     }
     return absl::OkStatus();

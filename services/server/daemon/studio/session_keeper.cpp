@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -46,11 +47,11 @@ absl::Status BadOpenRequest(const std::string& field, const std::string& problem
 }
 
 absl::Status CheckOpenRequest(const v1::OpenSessionRequest& request) {
-  if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckKey(request.idempotency_key()));
   if (request.owner().empty())
     return BadOpenRequest("owner", "is empty", "say who opens the session, for others to see");
-  if (absl::Status status = CheckOwner(request.owner()); !status.ok()) return status;
-  if (absl::Status status = CheckSession(request.cameras(), "cameras"); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckOwner(request.owner()));
+  WEFT_RETURN_IF_ERROR(CheckSession(request.cameras(), "cameras"));
   const double lease_s = request.lease_s();
   if (lease_s == 0 || (lease_s >= kLeastLease_s && lease_s <= kMostLease_s)) return absl::OkStatus();
   return BadOpenRequest(
@@ -97,7 +98,7 @@ const char* StateWords(v1::CaptureSessionState state) {
 
 absl::StatusOr<std::unique_ptr<SessionKeeper>> SessionKeeper::Create(const std::string& folder,
                                                                      std::function<Clock::time_point()> now) {
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   std::unique_ptr<SessionKeeper> keeper(new SessionKeeper(folder, std::move(now)));
   keeper->Load();
   return keeper;
@@ -141,7 +142,7 @@ absl::Status SessionKeeper::End(Entry& entry, v1::CaptureSessionState state, con
   ended.set_state(state);
   ended.set_ended_by(by);
   ended.set_ended_unix_ns(HostTime_ns());
-  if (absl::Status status = Write(ended); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Write(ended));
   entry.session = std::move(ended);
   spdlog::info("{} {}", WordsOf(entry.session), StateWords(state));
   return absl::OkStatus();
@@ -183,7 +184,7 @@ std::vector<SessionKeeper::Entry*> SessionKeeper::OthersWith(const v1::Session& 
 
 absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequest& request,
                                                        const Caller& caller) {
-  if (absl::Status status = CheckOpenRequest(request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckOpenRequest(request));
   const std::lock_guard lock(mutex_);
   EndExpired();
   std::string id = request.idempotency_key();
@@ -208,7 +209,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequ
   for (const auto& [other_id, entry] : entries_) {
     if (IsOpen(entry.session)) share.Take(entry.session.opened_by());
   }
-  if (absl::Status status = share.Check(caller); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(share.Check(caller));
   Entry entry;
   entry.session.set_id(id);
   *entry.session.mutable_cameras() = request.cameras();
@@ -222,12 +223,9 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequ
   entry.session.set_opened_unix_ns(HostTime_ns());
   entry.session.set_lease(NewLease(id));
   for (Entry* other : others) {
-    if (absl::Status status = End(*other, v1::CAPTURE_SESSION_STATE_TAKEN_OVER, request.owner());
-        !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(End(*other, v1::CAPTURE_SESSION_STATE_TAKEN_OVER, request.owner()));
   }
-  if (absl::Status status = Write(entry.session); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Write(entry.session));
   entry.expires = now_() + LeaseOf(entry.session);
   spdlog::info("{} is open, with {} cameras", WordsOf(entry.session), entry.session.cameras().cameras_size());
   v1::CaptureSession session = Shown(entry);
@@ -248,28 +246,26 @@ absl::StatusOr<SessionKeeper::Entry*> SessionKeeper::FindByLease(const std::stri
 absl::StatusOr<v1::CaptureSession> SessionKeeper::Renew(const std::string& lease) {
   const std::lock_guard lock(mutex_);
   EndExpired();
-  const absl::StatusOr<Entry*> entry = FindByLease(lease);
-  if (!entry.ok()) return entry.status();
-  v1::CaptureSession& session = (*entry)->session;
+  WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
+  v1::CaptureSession& session = entry->session;
   if (!IsOpen(session)) {
     const std::string by = session.ended_by().empty() ? "" : absl::StrCat(" by ", session.ended_by());
     return FieldError(
         absl::StatusCode::kFailedPrecondition,
         {"lease", absl::StrCat(WordsOf(session), " ", StateWords(session.state()), by), "open a new one"});
   }
-  (*entry)->expires = now_() + LeaseOf(session);
-  return Shown(**entry);
+  entry->expires = now_() + LeaseOf(session);
+  return Shown(*entry);
 }
 
 absl::StatusOr<v1::CaptureSession> SessionKeeper::Close(const std::string& lease) {
   const std::lock_guard lock(mutex_);
   EndExpired();
-  const absl::StatusOr<Entry*> entry = FindByLease(lease);
-  if (!entry.ok()) return entry.status();
-  if (IsOpen((*entry)->session)) {
-    if (absl::Status status = End(**entry, v1::CAPTURE_SESSION_STATE_CLOSED, ""); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
+  if (IsOpen(entry->session)) {
+    WEFT_RETURN_IF_ERROR(End(*entry, v1::CAPTURE_SESSION_STATE_CLOSED, ""));
   }
-  return Shown(**entry);
+  return Shown(*entry);
 }
 
 absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
@@ -283,7 +279,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
 }
 
 absl::StatusOr<v1::ListSessionsResponse> SessionKeeper::List(size_t limit, const std::string& page_token) {
-  if (absl::Status status = CheckPageToken(page_token); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPageToken(page_token));
   const std::lock_guard lock(mutex_);
   EndExpired();
   v1::ListSessionsResponse response;

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/work/items/item_words.h"
@@ -24,7 +25,7 @@ absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionReq
     absl::string_view reference = *input;
     if (input->empty()) continue;
     if (!absl::ConsumePrefix(&reference, kLibraryPrefix)) {
-      if (const auto allowed = policy_.CheckInput(field, *input); !allowed.ok()) return allowed.status();
+      WEFT_RETURN_IF_ERROR(policy_.CheckInput(field, *input).status());
       continue;
     }
     const absl::StatusOr<v1::LibraryItem> item = library_.Find(kind, std::string(reference));
@@ -36,10 +37,7 @@ absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionReq
   }
   // Whoever takes over lets takes that run go on.
   if (!request.take_over()) {
-    if (absl::Status status = takes_.CheckCamerasAreFree("cameras.cameras", request.cameras());
-        !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(takes_.CheckCamerasAreFree("cameras.cameras", request.cameras()));
   }
   return sessions_.Open(request, caller);
 }
@@ -67,9 +65,8 @@ grpc::Status SessionService::GetSession(grpc::ServerContext*, const v1::GetSessi
 grpc::Status SessionService::ListSessions(grpc::ServerContext*, const v1::ListSessionsRequest* request,
                                           v1::ListSessionsResponse* response) {
   return Answer("ListSessions", [&]() -> absl::Status {
-    const absl::StatusOr<int> limit = LimitOf(request->limit());
-    if (!limit.ok()) return limit.status();
-    return Assign(sessions_.List(static_cast<size_t>(*limit), request->page_token()), response);
+    WEFT_ASSIGN_OR_RETURN(const int limit, LimitOf(request->limit()));
+    return Assign(sessions_.List(static_cast<size_t>(limit), request->page_token()), response);
   });
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -61,7 +62,7 @@ absl::StatusOr<RecorderView> WaitForEnd(const std::string& folder) {
     absl::StatusOr<RecorderView> view = RecoverIfDead(folder);
     if (!view.ok() || !view->lives) return view;
     if (pauses == kPatience) {
-      if (absl::Status status = StopRecorder(folder); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(StopRecorder(folder));
     } else if (pauses > kPatience + kMorePatience) {
       return absl::DeadlineExceededError("the cameras delivered nothing, and their recorder does not end");
     }
@@ -129,7 +130,7 @@ absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
   if (fs::exists(mark)) return absl::OkStatus();
   const v1::TakeKeeping& keeping = take.keeping();
   if (!keeping.slate().empty() || !keeping.name().empty() || !keeping.notes().empty()) DescribeInTake(take);
-  if (absl::Status status = options_.on_end(take); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options_.on_end(take));
   return WriteFileAtomically(mark, "");
 }
 
@@ -171,22 +172,19 @@ absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1:
 absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& session) const {
   for (v1::SessionCamera& camera : *session.mutable_cameras()) {
     if (!camera.has_replay()) continue;
-    absl::StatusOr<std::string> take =
-        options_.resolve_take(absl::StrCat(field, ".", camera.id(), ".replay.take"), camera.replay().take());
-    if (!take.ok()) return take.status();
-    camera.mutable_replay()->set_take(*std::move(take));
+    WEFT_ASSIGN_OR_RETURN(
+        std::string take,
+        options_.resolve_take(absl::StrCat(field, ".", camera.id(), ".replay.take"), camera.replay().take()));
+    camera.mutable_replay()->set_take(std::move(take));
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& asked) {
-  if (absl::Status status = CheckKey(asked.idempotency_key()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckKey(asked.idempotency_key()));
   v1::StartTakeRequest request = asked;
-  if (absl::Status status =
-          ResolveReplays("recording.session.cameras", *request.mutable_recording()->mutable_session());
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(
+      ResolveReplays("recording.session.cameras", *request.mutable_recording()->mutable_session()));
   const std::lock_guard lock(starting_);
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
@@ -205,15 +203,12 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& a
     return FieldError(absl::StatusCode::kAlreadyExists,
                       {"idempotency_key", absl::StrCat("take ", id, " is in the trash"), "choose a new key"});
   }
-  if (absl::Status status = options_.admit(); !status.ok()) return status;
-  if (absl::Status status = CheckCamerasAreFree("recording.session.cameras", request.recording().session());
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(options_.admit());
+  WEFT_RETURN_IF_ERROR(CheckCamerasAreFree("recording.session.cameras", request.recording().session()));
   {
     // A recorder that does not live yet is no dead one.
     const std::lock_guard unchanged(changing_);
-    if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(folder));
     if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
         !status.ok()) {
       std::error_code ignored;
@@ -228,22 +223,20 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& a
 absl::Status TakeKeeper::FilmBriefly(const v1::Session& asked,
                                      const std::function<void(const std::string& take)>& use) {
   v1::Session session = asked;
-  if (absl::Status status = ResolveReplays("cameras.cameras", session); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ResolveReplays("cameras.cameras", session));
   const std::lock_guard lock(starting_);
-  if (absl::Status status = CheckCamerasAreFree("cameras.cameras", session); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckCamerasAreFree("cameras.cameras", session));
   const std::string folder = absl::StrCat(options_.looks_folder, "/", NewTimedId());
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(folder));
   const RemovedFolder removed(folder);
   v1::RecorderRequest request;
   *request.mutable_session() = session;
   request.set_seconds(std::max(1.0, session.fps() > 0 ? 3 / session.fps() : 0));
   request.set_no_disk_test(true);
-  if (absl::Status status = StartRecorder(options_.recorder_program, folder, request); !status.ok())
-    return status;
-  const absl::StatusOr<RecorderView> ended = WaitForEnd(folder);
-  if (!ended.ok()) return ended.status();
-  if (ended->state.phase() != v1::RECORDER_PHASE_ENDED) {
-    return absl::Status(CodeOf(ended->state.error_code()), ended->state.message());
+  WEFT_RETURN_IF_ERROR(StartRecorder(options_.recorder_program, folder, request));
+  WEFT_ASSIGN_OR_RETURN(const RecorderView ended, WaitForEnd(folder));
+  if (ended.state.phase() != v1::RECORDER_PHASE_ENDED) {
+    return absl::Status(CodeOf(ended.state.error_code()), ended.state.message());
   }
   use(RecorderFiles(folder).take);
   return absl::OkStatus();
@@ -255,21 +248,20 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Get(const std::string& id) {
 }
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::GetLocked(const std::string& id) {
-  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   if (!TakeExists(FolderOf(id))) {
     if (!TakeExists(TrashOf(id))) return NoSuchTake(id);
     return FieldError(absl::StatusCode::kNotFound, {"take_id", absl::StrCat("take ", id, " is in the trash"),
                                                     "RestoreTake brings it back"});
   }
-  absl::StatusOr<RecorderView> view = RecoverIfDead(FolderOf(id));
-  if (!view.ok()) return view.status();
-  return DescribeTakeFolder(id, FolderOf(id), *std::move(view));
+  WEFT_ASSIGN_OR_RETURN(RecorderView view, RecoverIfDead(FolderOf(id)));
+  return DescribeTakeFolder(id, FolderOf(id), std::move(view));
 }
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Stop(const std::string& id) {
   const absl::StatusOr<v1::RecordedTake> known = Get(id);
   if (!known.ok()) return known;
-  if (absl::Status status = StopRecorder(FolderOf(id)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(StopRecorder(FolderOf(id)));
   return Get(id);
 }
 

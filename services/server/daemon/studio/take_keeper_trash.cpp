@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/file_facts.h"
@@ -50,27 +51,26 @@ absl::Status InUse(const std::string& id, const std::string& why, const std::str
 
 absl::Status TakeKeeper::Adopt(const std::string& take_folder, const std::string& id,
                                const std::string& origin) {
-  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   const std::lock_guard lock(changing_);
   if (TakeExists(FolderOf(id)) || TakeExists(TrashOf(id))) return absl::OkStatus();
-  const absl::StatusOr<v1::Take> take = ReadTakeFile(take_folder);
-  if (!take.ok()) return take.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::Take take, ReadTakeFile(take_folder));
   // Beside its folder, so that the last step is one rename.
   const std::string adopted = take_folder + ".adopted";
   std::error_code error;
   fs::remove_all(adopted, error);
-  if (absl::Status status = CreateFolders(adopted); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(adopted));
   const RecorderFiles files(adopted);
   v1::RecorderState state;
   state.set_phase(v1::RECORDER_PHASE_ENDED);
   state.set_message(origin);
   state.set_updated_unix_ns(HostTime_ns());
-  state.set_sets_recorded(take->sets_recorded());
-  state.set_sets_dropped(take->sets_dropped());
-  state.set_frames_missing(take->frames_missing());
+  state.set_sets_recorded(take.sets_recorded());
+  state.set_sets_dropped(take.sets_dropped());
+  state.set_frames_missing(take.frames_missing());
   state.set_disk_minutes_left(-1);
-  if (absl::Status status = WriteJsonFile(files.request, v1::RecorderRequest()); !status.ok()) return status;
-  if (absl::Status status = WriteJsonFile(files.state, state); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(files.request, v1::RecorderRequest()));
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(files.state, state));
   if (rename(take_folder.c_str(), files.take.c_str()) != 0) return WriteError(files.take, errno);
   return MoveFolder(adopted, FolderOf(id));
 }
@@ -80,13 +80,12 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pin
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
   take->mutable_keeping()->set_pinned(pinned);
-  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
   return take;
 }
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const v1::DescribeTakeRequest& request) {
-  if (absl::Status status = CheckDescription(request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckDescription(request));
   const std::string& id = request.take_id();
   const std::lock_guard lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
@@ -95,7 +94,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const v1::DescribeTakeRequ
   keeping.set_slate(request.slate());
   keeping.set_notes(request.notes());
   if (request.has_name()) keeping.set_name(request.name());
-  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), keeping); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), keeping));
   // Its own file too, which goes where the take goes; while it is recorded, at its end.
   if (!take->recorder_lives()) DescribeInTake(*take);
   return take;
@@ -112,27 +111,25 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const
   take->mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
   take->mutable_keeping()->set_deleted_because(because);
   // A kill in between leaves a take that is there and says that it was deleted: Restore is for it, too.
-  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
-    return status;
-  if (absl::Status status = MoveFolder(FolderOf(id), TrashOf(id)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
+  WEFT_RETURN_IF_ERROR(MoveFolder(FolderOf(id), TrashOf(id)));
   take->set_folder(RecorderFiles(TrashOf(id)).take);
   spdlog::info("take {} is in the trash: {}", id, EscapedText(because));
   return take;
 }
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Restore(const std::string& id) {
-  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   const std::lock_guard lock(changing_);
   if (TakeExists(TrashOf(id))) {
     if (TakeExists(FolderOf(id))) return InUse(id, "is there, and another of its name in the trash", "");
-    if (absl::Status status = MoveFolder(TrashOf(id), FolderOf(id)); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(MoveFolder(TrashOf(id), FolderOf(id)));
   }
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
   take->mutable_keeping()->clear_deleted_unix_ns();
   take->mutable_keeping()->clear_deleted_because();
-  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
   return take;
 }
 
@@ -152,12 +149,12 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
                         {"take_id", absl::StrCat("no take ", one, " in the trash"), "delete it first"});
     }
     const uint64_t bytes = BytesBelow(folder);
-    if (absl::Status status = PutAside(folder, kRemovedPrefix); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(PutAside(folder, kRemovedPrefix));
     response.set_takes(response.takes() + 1);
     response.set_bytes(response.bytes() + bytes);
     spdlog::info("take {} is removed for good", one);
   }
-  if (absl::Status status = RemoveAside(options_.trash_folder, kRemovedPrefix); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(RemoveAside(options_.trash_folder, kRemovedPrefix));
   return response;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/take/take_progress.h"
 #include "services/server/daemon/calls/answer.h"
@@ -64,19 +65,15 @@ absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& 
       return FieldError(absl::StatusCode::kInvalidArgument, {"recording.session", "is given beside a lease",
                                                              "leave it out: the lease's is recorded"});
     }
-    const absl::StatusOr<v1::CaptureSession> session = sessions_.Renew(request.lease());
-    if (!session.ok()) return session.status();
-    *recording.mutable_session() = session->cameras();
-    recording.set_capture_session(session->id());
-    recording.set_rig(session->rig());
-    recording.set_board(session->board());
-    recording.set_garment(session->garment());
+    WEFT_ASSIGN_OR_RETURN(const v1::CaptureSession session, sessions_.Renew(request.lease()));
+    *recording.mutable_session() = session.cameras();
+    recording.set_capture_session(session.id());
+    recording.set_rig(session.rig());
+    recording.set_board(session.board());
+    recording.set_garment(session.garment());
   }
-  if (absl::Status status = sessions_.CheckCamerasAreFree("recording.session.cameras", recording.session(),
-                                                          recording.capture_session());
-      !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(sessions_.CheckCamerasAreFree("recording.session.cameras", recording.session(),
+                                                     recording.capture_session()));
   recording.set_started_by(caller.name);
   return takes_.Start(resolved);
 }
@@ -120,11 +117,10 @@ grpc::Status TakeService::GetTake(grpc::ServerContext*, const v1::GetTakeRequest
 grpc::Status TakeService::ListTakes(grpc::ServerContext*, const v1::ListTakesRequest* request,
                                     v1::ListTakesResponse* response) {
   return Answer("ListTakes", [&]() -> absl::Status {
-    const absl::StatusOr<int> limit = LimitOf(request->limit());
-    if (!limit.ok()) return limit.status();
-    if (absl::Status status = CheckOneLine("words", request->words()); !status.ok()) return status;
-    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
-    *response = takes_.List(*request, static_cast<size_t>(*limit));
+    WEFT_ASSIGN_OR_RETURN(const int limit, LimitOf(request->limit()));
+    WEFT_RETURN_IF_ERROR(CheckOneLine("words", request->words()));
+    WEFT_RETURN_IF_ERROR(CheckPageToken(request->page_token()));
+    *response = takes_.List(*request, static_cast<size_t>(limit));
     return absl::OkStatus();
   });
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/callers/fair_share.h"
 #include "services/server/catalogue/message_text.h"
@@ -55,7 +56,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Create(std::unique_ptr<Catal
   constexpr int kBackgroundThreads = 3;
   for (int i = 0; i < kBackgroundThreads; ++i)
     queue->background_.emplace_back(&JobQueue::WorkInBackground, queue.get(), i == 0);
-  if (absl::Status status = queue->Resume(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(queue->Resume());
   return queue;
 }
 
@@ -63,9 +64,8 @@ JobQueue::~JobQueue() { Stop(); }
 
 absl::Status JobQueue::Resume() {
   Lock lock(mutex_);
-  absl::StatusOr<std::vector<v1::Job>> unfinished = catalogue_->UnfinishedJobs();
-  if (!unfinished.ok()) return unfinished.status();
-  for (v1::Job& job : *unfinished) {
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> unfinished, catalogue_->UnfinishedJobs());
+  for (v1::Job& job : unfinished) {
     absl::StatusOr<std::vector<v1::FrameInfo>> infos = catalogue_->ReadFrames(job.id());
     if (infos.ok()) {
       ResumeJob(std::move(job), *std::move(infos));
@@ -109,14 +109,14 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
 
 absl::Status JobQueue::CheckRoom(const v1::Job& job, v1::Role role) const {
   if (stopping_) return ShuttingDown();
-  if (absl::Status status = options_.admit(); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options_.admit());
   FairShare share(
       {.all = kMostUnfinishedJobs, .of_one_caller = options_.max_of_one_caller, .reserve = kReservedJobs},
       "unfinished jobs");
   for (const auto& other : jobs_) {
     if (!other->ended) share.Take(other->caller());
   }
-  if (absl::Status status = share.Check({job.submitted_by(), role}); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(share.Check({job.submitted_by(), role}));
   for (const auto& other : jobs_) {
     const std::string& out = other->job().spec().out();
     const bool is_theirs = !IsSameAccount(other->caller(), job.submitted_by()) &&
@@ -131,7 +131,7 @@ absl::Status JobQueue::CheckRoom(const v1::Job& job, v1::Role role) const {
 
 absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames, v1::Role role) {
   Lock lock(mutex_);
-  if (absl::Status status = CheckRoom(job, role); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckRoom(job, role));
   for (const std::string& frame : frames) {
     if (IsUtf8(frame)) continue;
     return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
@@ -139,7 +139,7 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   }
   EscapeTexts(job);
   auto live = std::make_shared<LiveJob>(JobLife(std::move(job), frames));
-  if (absl::Status status = catalogue_->AddJob(live->job(), live->infos()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(catalogue_->AddJob(live->job(), live->infos()));
   spdlog::info("job {}: {} frames of {}, results to {}", live->job().id(), frames.size(),
                live->job().spec().dump(), live->job().spec().out());
   Enqueue(live);
@@ -262,14 +262,13 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id, v1::Role role
   if (const auto live = FindLive(job_id); live && !live->ended) return live->life.Describe();
   absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
   if (!job.ok()) return job;
-  absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
-  if (!frames.ok()) return frames.status();
-  if (absl::Status status = CheckRoom(*job, role); !status.ok()) return status;
-  JobLife life(*job, *std::move(frames));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, catalogue_->ReadFrames(job_id));
+  WEFT_RETURN_IF_ERROR(CheckRoom(*job, role));
+  JobLife life(*job, std::move(frames));
   if (!life.Retry()) return job;
   const auto again = std::make_shared<LiveJob>(std::move(life));
   job = again->life.Describe();
-  if (absl::Status status = catalogue_->UpdateAll(*job, again->infos()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(catalogue_->UpdateAll(*job, again->infos()));
   spdlog::info("job {} is retried: {} frames left", job_id, again->life.frames().FramesLeft());
   Enqueue(again);
   FollowSoon(*again);
@@ -309,11 +308,9 @@ absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::func
   }
   auto live = FindLive(job_id);
   if (live == nullptr) {
-    absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
-    if (!job.ok()) return job.status();
-    absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
-    if (!frames.ok()) return frames.status();
-    live = std::make_shared<LiveJob>(JobLife(*std::move(job), *std::move(frames)));
+    WEFT_ASSIGN_OR_RETURN(v1::Job job, catalogue_->ReadJob(job_id));
+    WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, catalogue_->ReadFrames(job_id));
+    live = std::make_shared<LiveJob>(JobLife(std::move(job), std::move(frames)));
     live->ended = true;
     jobs_.push_back(live);
   }

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/moved_folder.h"
 #include "services/server/daemon/work/job_queue.h"
@@ -62,20 +63,19 @@ absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_u
   {
     const Lock lock(mutex_);
     if (FindLive(job_id) != nullptr) return absl::FailedPreconditionError("it is watched or runs again");
-    const absl::StatusOr<v1::Job> now = catalogue_->ReadJob(job_id);
-    if (!now.ok()) return now.status();
-    if (now->finished_unix_ns() != finished_unix_ns)
+    WEFT_ASSIGN_OR_RETURN(const v1::Job now, catalogue_->ReadJob(job_id));
+    if (now.finished_unix_ns() != finished_unix_ns)
       return absl::FailedPreconditionError("it ran again meanwhile");
     // Only what lies with the daemon is the daemon's.
     std::vector<std::string> own = {executor_->LogFolder(job_id)};
     if (const std::string results = absl::StrCat(options_.results_folder, "/", job_id);
-        now->spec().out() == results)
+        now.spec().out() == results)
       own.push_back(results);
     for (const std::string& folder : own) {
       if (folder.empty()) continue;
-      if (absl::Status status = PutAside(folder, kForgottenPrefix); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(PutAside(folder, kForgottenPrefix));
     }
-    if (absl::Status status = catalogue_->RemoveJob(job_id); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(catalogue_->RemoveJob(job_id));
     published_.Remove(job_id);
     PlanBackup();
   }

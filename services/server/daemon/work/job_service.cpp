@@ -5,6 +5,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/callers/owners.h"
 #include "services/server/daemon/calls/answer.h"
@@ -22,14 +23,13 @@ namespace {
 // A page is named by the position of its first frame, since frames are only added at the end.
 absl::Status FillPage(const v1::ListFramesRequest& request, const std::vector<v1::FrameInfo>& frames,
                       v1::ListFramesResponse& response) {
-  const absl::StatusOr<int> limit = LimitOrAll(request.limit());
-  if (!limit.ok()) return limit.status();
+  WEFT_ASSIGN_OR_RETURN(const int limit, LimitOrAll(request.limit()));
   size_t first = 0;
   if (!request.page_token().empty() && !absl::SimpleAtoi(request.page_token(), &first)) {
     return FieldError(absl::StatusCode::kInvalidArgument,
                       {"page_token", "is none", "give next_page_token of the page before"});
   }
-  Page page(static_cast<size_t>(*limit));
+  Page page(static_cast<size_t>(limit));
   for (size_t i = first; i < frames.size(); ++i) {
     if (!page.Add(frames[i].ByteSizeLong())) {
       response.set_next_page_token(absl::StrCat(i));
@@ -59,21 +59,19 @@ absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, 
   const auto lock = submitting_.Lock(request.idempotency_key());
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request, caller);
   if (!absl::IsNotFound(submitted.status())) return submitted;
-  absl::StatusOr<PreparedJob> prepared = PrepareJob(
-      request, {parts_.policy, parts_.library, parts_.results_folder, known_}, caller.name, parts_.load);
-  if (!prepared.ok()) return prepared.status();
-  v1::Job& job = prepared->job;
+  WEFT_ASSIGN_OR_RETURN(PreparedJob prepared,
+                        PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder, known_},
+                                   caller.name, parts_.load));
+  v1::Job& job = prepared.job;
   job.set_submitted_by(caller.name);
-  if (absl::Status status = CheckResultOwner(job, prepared->frames, caller); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckResultOwner(job, prepared.frames, caller));
   if (const int priority = PriorityFor(caller, job.priority()); priority != job.priority()) {
     job.add_warnings(absl::StrCat("priority ", job.priority(), " became ", priority,
                                   ": higher ones are for operators, who may raise it"));
     job.set_priority(priority);
   }
   const std::string id = job.id();
-  if (absl::Status status = queue_.Submit(std::move(job), prepared->frames, caller.role); !status.ok()) {
-    return status;
-  }
+  WEFT_RETURN_IF_ERROR(queue_.Submit(std::move(job), prepared.frames, caller.role));
   return queue_.Get(id);
 }
 
@@ -84,7 +82,7 @@ grpc::Status JobService::SubmitJob(grpc::ServerContext* context, const v1::Submi
 
 grpc::Status JobService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* request, v1::Job* job) {
   return Answer("GetJob", [&]() -> absl::Status {
-    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckJobId(request->job_id()));
     return Assign(queue_.Get(request->job_id()), job);
   });
 }
@@ -92,17 +90,16 @@ grpc::Status JobService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* r
 grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                                   v1::ListJobsResponse* response) {
   return Answer("ListJobs", [&]() -> absl::Status {
-    const absl::StatusOr<int> limit = LimitOf(request->limit());
-    if (!limit.ok()) return limit.status();
-    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
+    WEFT_ASSIGN_OR_RETURN(const int limit, LimitOf(request->limit()));
+    WEFT_RETURN_IF_ERROR(CheckPageToken(request->page_token()));
     // One more tells whether there is a next page.
-    absl::StatusOr<std::vector<v1::Job>> jobs = queue_.List(*limit + 1, request->page_token());
+    absl::StatusOr<std::vector<v1::Job>> jobs = queue_.List(limit + 1, request->page_token());
     if (absl::IsNotFound(jobs.status())) {
       return FieldError(absl::StatusCode::kInvalidArgument,
                         {"page_token", "names a job that is gone", "begin with the first page"});
     }
     if (!jobs.ok()) return jobs.status();
-    Page page(static_cast<size_t>(*limit));
+    Page page(static_cast<size_t>(limit));
     for (v1::Job& job : *jobs) {
       if (!page.Add(job.ByteSizeLong())) {
         response->set_next_page_token(response->jobs().rbegin()->id());
@@ -122,30 +119,27 @@ grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServ
 }
 
 absl::Status JobService::CheckOwns(const std::string& job_id, const Caller& caller) {
-  if (absl::Status status = CheckJobId(job_id); !status.ok()) return status;
-  const absl::StatusOr<v1::Job> job = queue_.Get(job_id);
-  if (!job.ok()) return job.status();
-  return CheckMayChange(caller, "job_id", absl::StrCat("job ", job_id), job->submitted_by());
+  WEFT_RETURN_IF_ERROR(CheckJobId(job_id));
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, queue_.Get(job_id));
+  return CheckMayChange(caller, "job_id", absl::StrCat("job ", job_id), job.submitted_by());
 }
 
 absl::StatusOr<v1::Job> JobService::Retry(const std::string& job_id, const Caller& caller) {
-  if (absl::Status status = CheckOwns(job_id, caller); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckOwns(job_id, caller));
   const absl::StatusOr<v1::Job> job = queue_.Get(job_id);
   if (!job.ok()) return job;
-  const absl::StatusOr<std::vector<v1::FrameInfo>> infos = queue_.Frames(job_id);
-  if (!infos.ok()) return infos.status();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameInfo> infos, queue_.Frames(job_id));
   std::vector<std::string> frames;
-  for (const v1::FrameInfo& info : *infos) frames.push_back(info.frame());
+  for (const v1::FrameInfo& info : infos) frames.push_back(info.frame());
   // Somebody else may have written there since.
-  if (absl::Status status = CheckResultOwner(*job, frames, caller); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckResultOwner(*job, frames, caller));
   return queue_.Retry(job_id, caller.role);
 }
 
 grpc::Status JobService::CancelJob(grpc::ServerContext* context, const v1::CancelJobRequest* request,
                                    v1::Job* job) {
   return Answer("CancelJob", [&]() -> absl::Status {
-    if (absl::Status status = CheckOwns(request->job_id(), parts_.caller(*context)); !status.ok())
-      return status;
+    WEFT_RETURN_IF_ERROR(CheckOwns(request->job_id(), parts_.caller(*context)));
     return Assign(queue_.Cancel(request->job_id()), job);
   });
 }
@@ -159,8 +153,8 @@ grpc::Status JobService::SetJobPriority(grpc::ServerContext* context,
                                         const v1::SetJobPriorityRequest* request, v1::Job* job) {
   return Answer("SetJobPriority", [&]() -> absl::Status {
     const Caller caller = parts_.caller(*context);
-    if (absl::Status status = CheckOwns(request->job_id(), caller); !status.ok()) return status;
-    if (absl::Status status = CheckPriority(request->priority()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOwns(request->job_id(), caller));
+    WEFT_RETURN_IF_ERROR(CheckPriority(request->priority()));
     if (PriorityFor(caller, request->priority()) != request->priority()) {
       return FieldError(absl::StatusCode::kPermissionDenied,
                         {"priority", absl::StrCat(request->priority(), " is for operators"),
@@ -173,21 +167,18 @@ grpc::Status JobService::SetJobPriority(grpc::ServerContext* context,
 grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,
                                     v1::ListFramesResponse* response) {
   return Answer("ListFrames", [&]() -> absl::Status {
-    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
-    const absl::StatusOr<std::vector<v1::FrameInfo>> frames = queue_.Frames(request->job_id());
-    if (!frames.ok()) return frames.status();
-    return FillPage(*request, *frames, *response);
+    WEFT_RETURN_IF_ERROR(CheckJobId(request->job_id()));
+    WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameInfo> frames, queue_.Frames(request->job_id()));
+    return FillPage(*request, frames, *response);
   });
 }
 
 absl::StatusOr<FilePieces> JobService::OpenResult(const v1::FetchResultRequest& request) {
-  if (absl::Status status = CheckFetchRequest(request); !status.ok()) return status;
-  const absl::StatusOr<v1::Job> job = queue_.Get(request.job_id());
-  if (!job.ok()) return job.status();
+  WEFT_RETURN_IF_ERROR(CheckFetchRequest(request));
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, queue_.Get(request.job_id()));
   if (!request.frame().empty()) {
-    const absl::StatusOr<std::vector<v1::FrameInfo>> frames = queue_.Frames(request.job_id());
-    if (!frames.ok()) return frames.status();
-    const bool known = std::any_of(frames->begin(), frames->end(), [&](const v1::FrameInfo& info) {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameInfo> frames, queue_.Frames(request.job_id()));
+    const bool known = std::any_of(frames.begin(), frames.end(), [&](const v1::FrameInfo& info) {
       return info.frame() == request.frame();
     });
     if (!known) {
@@ -195,7 +186,7 @@ absl::StatusOr<FilePieces> JobService::OpenResult(const v1::FetchResultRequest& 
           absl::StrCat("job ", request.job_id(), " has no frame \"", request.frame(), "\""));
     }
   }
-  return weft::OpenResult(*job, request.frame(), request.kind(), {request.offset(), request.version()});
+  return weft::OpenResult(job, request.frame(), request.kind(), {request.offset(), request.version()});
 }
 
 grpc::ServerWriteReactor<v1::FileChunk>* JobService::FetchResult(grpc::CallbackServerContext* context,

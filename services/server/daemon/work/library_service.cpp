@@ -6,6 +6,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/request_check.h"
@@ -32,7 +33,7 @@ absl::Status LibraryService::Receive(
   const Caller caller = caller_(*context);
   {
     const std::lock_guard lock(counting_);
-    if (absl::Status status = upload_calls_.Check(caller); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(upload_calls_.Check(caller));
     upload_calls_.Take(caller.name);
   }
   const absl::Cleanup release = [this, &caller] {
@@ -74,7 +75,7 @@ grpc::Status LibraryService::WriteFile(grpc::ServerContext* context,
       UploadWriter writer(uploads_, caller_(*context));
       for (v1::WriteFileRequest piece; reader->Read(&piece);) {
         stalls->Moved();
-        if (absl::Status status = writer.Add(piece); !status.ok()) return status;
+        WEFT_RETURN_IF_ERROR(writer.Add(piece));
       }
       stalls.reset();
       const absl::StatusOr<int64_t> written = writer.Sync();
@@ -96,13 +97,11 @@ grpc::Status LibraryService::FinishUpload(grpc::ServerContext* context,
 grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItemsRequest* request,
                                        v1::ListItemsResponse* response) {
   return Answer("ListItems", [&]() -> absl::Status {
-    const absl::StatusOr<int> limit = LimitOrAll(request->limit());
-    if (!limit.ok()) return limit.status();
-    if (absl::Status status = CheckPageToken(request->page_token()); !status.ok()) return status;
-    absl::StatusOr<Library::Listing> listing = library_.List(request->kind());
-    if (!listing.ok()) return listing.status();
-    Page page(static_cast<size_t>(*limit));
-    for (v1::LibraryItem& item : listing->items) {
+    WEFT_ASSIGN_OR_RETURN(const int limit, LimitOrAll(request->limit()));
+    WEFT_RETURN_IF_ERROR(CheckPageToken(request->page_token()));
+    WEFT_ASSIGN_OR_RETURN(Library::Listing listing, library_.List(request->kind()));
+    Page page(static_cast<size_t>(limit));
+    for (v1::LibraryItem& item : listing.items) {
       if (!request->page_token().empty() && PlaceInList(item) <= request->page_token()) continue;
       if (!page.Add(item.ByteSizeLong())) {
         response->set_next_page_token(PlaceInList(*response->items().rbegin()));
@@ -110,7 +109,7 @@ grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItems
       }
       *response->add_items() = std::move(item);
     }
-    if (request->page_token().empty()) AddDamaged(listing->damaged, *response);
+    if (request->page_token().empty()) AddDamaged(listing.damaged, *response);
     return absl::OkStatus();
   });
 }
@@ -122,16 +121,14 @@ grpc::Status LibraryService::GetItem(grpc::ServerContext*, const v1::GetItemRequ
 
 absl::StatusOr<FilePieces> LibraryService::OpenFile(const v1::FetchFileRequest& request) {
   if (request.offset() < 0) return absl::InvalidArgumentError("offset: must not be negative");
-  const absl::StatusOr<HeldItem> held = library_.Hold(request.kind(), request.item());
-  if (!held.ok()) return held.status();
-  if (FindFile(held->item.manifest(), request.path()) == nullptr) {
+  WEFT_ASSIGN_OR_RETURN(const HeldItem held, library_.Hold(request.kind(), request.item()));
+  if (FindFile(held.item.manifest(), request.path()) == nullptr) {
     return absl::NotFoundError(
         absl::StrCat("path: the item has no file \"", EscapedText(request.path()), "\""));
   }
-  const auto place = FindPlace(library_.ContentFolder(request.kind(), held->item.id()), request.path(),
-                               ConfinedFolder::IfMissing::kFail);
-  if (!place.ok()) return place.status();
-  return FilePieces::Open(place->folder, place->name, {request.offset(), request.version()});
+  WEFT_ASSIGN_OR_RETURN(const auto place, FindPlace(library_.ContentFolder(request.kind(), held.item.id()),
+                                                    request.path(), ConfinedFolder::IfMissing::kFail));
+  return FilePieces::Open(place.folder, place.name, {request.offset(), request.version()});
 }
 
 grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::CallbackServerContext* context,
@@ -158,11 +155,11 @@ absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
 grpc::Status LibraryService::DeleteItem(grpc::ServerContext*, const v1::DeleteItemRequest* request,
                                         v1::DeleteItemResponse* response) {
   return Answer("DeleteItem", [&]() -> absl::Status {
-    absl::StatusOr<Library::Deletion> deletion = library_.Delete(
-        request->kind(), request->item(), [this](const v1::LibraryItem& item) { return CheckUnused(item); });
-    if (!deletion.ok()) return deletion.status();
-    *response->mutable_item() = std::move(deletion->item);
-    response->set_content_deleted(deletion->content_deleted);
+    WEFT_ASSIGN_OR_RETURN(Library::Deletion deletion,
+                          library_.Delete(request->kind(), request->item(),
+                                          [this](const v1::LibraryItem& item) { return CheckUnused(item); }));
+    *response->mutable_item() = std::move(deletion.item);
+    response->set_content_deleted(deletion.content_deleted);
     return absl::OkStatus();
   });
 }

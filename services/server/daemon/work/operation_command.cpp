@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/server/rpc/error_detail.h"
@@ -32,7 +33,7 @@ absl::Status CheckInputs(const v1::OperationSpec& spec, const OperationKind& kin
   if (spec.inputs_size() > kMostInputs) return BadSpec("inputs", "are too many", "give at most 1000");
   std::map<std::string, int> given;
   for (const v1::OperationInput& input : spec.inputs()) {
-    if (absl::Status status = CheckOneLine("spec.inputs", input.value()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOneLine("spec.inputs", input.value()));
     if (input.value().empty())
       return BadSpec("inputs", absl::StrCat(EscapedText(input.name()), " is empty"), "");
     ++given[input.name()];
@@ -59,7 +60,7 @@ absl::Status CheckInputs(const v1::OperationSpec& spec, const OperationKind& kin
 absl::Status CheckOptions(const v1::OperationSpec& spec, const OperationKind& kind) {
   if (spec.options_size() > kMostOptions) return BadSpec("options", "are too many", "give at most 100");
   for (const v1::OperationOption& option : spec.options()) {
-    if (absl::Status status = CheckOneLine("spec.options", option.value()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOneLine("spec.options", option.value()));
     if (std::find(kind.options.begin(), kind.options.end(), option.name()) != kind.options.end()) continue;
     return BadSpec(
         "options", absl::StrCat("\"", EscapedText(option.name()), "\" is no option of ", kind.command),
@@ -73,9 +74,9 @@ absl::Status CheckOptions(const v1::OperationSpec& spec, const OperationKind& ki
 absl::Status CheckOperationSpec(const v1::OperationSpec& spec) {
   const OperationKind* kind = FindOperationKind(spec.command());
   if (kind == nullptr) return UnknownCommand(spec.command());
-  if (absl::Status status = CheckInputs(spec, *kind); !status.ok()) return status;
-  if (absl::Status status = CheckOptions(spec, *kind); !status.ok()) return status;
-  if (absl::Status status = CheckPlainName("spec.out_name", spec.out_name()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckInputs(spec, *kind));
+  WEFT_RETURN_IF_ERROR(CheckOptions(spec, *kind));
+  WEFT_RETURN_IF_ERROR(CheckPlainName("spec.out_name", spec.out_name()));
   const bool named = !spec.out_name().empty();
   // The name is an argument of its own, and must not look like an option.
   if (named && spec.out_name().front() == '-')
@@ -97,16 +98,15 @@ absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& sp
   }
   std::vector<std::string> positional;
   for (const v1::OperationInput& input : spec.inputs()) {
-    const absl::StatusOr<std::string> path =
-        resolve(absl::StrCat("spec.inputs.", input.name()), input.value());
-    if (!path.ok()) return path.status();
+    WEFT_ASSIGN_OR_RETURN(const std::string path,
+                          resolve(absl::StrCat("spec.inputs.", input.name()), input.value()));
     const auto of_name =
         std::find_if(kind.inputs.begin(), kind.inputs.end(),
                      [&](const OperationInputKind& known) { return known.name == input.name(); });
     if (of_name->is_positional) {
-      positional.push_back(*path);
+      positional.push_back(path);
     } else {
-      arguments.push_back(absl::StrCat("--", input.name(), "=", *path));
+      arguments.push_back(absl::StrCat("--", input.name(), "=", path));
     }
   }
   if (kind.out != OperationOut::kNone) {

@@ -17,6 +17,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -68,7 +69,7 @@ struct OperationQueue::Outcome {
 };
 
 absl::StatusOr<std::unique_ptr<OperationQueue>> OperationQueue::Create(OperationQueueOptions options) {
-  if (absl::Status status = CreateFolders(options.folder); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.folder));
   std::unique_ptr<OperationQueue> queue(new OperationQueue(std::move(options)));
   queue->Load();
   queue->worker_ = std::jthread([queue = queue.get()](const std::stop_token& stop) { queue->Work(stop); });

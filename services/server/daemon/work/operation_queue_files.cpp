@@ -6,6 +6,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/daemon/calls/request_check.h"
@@ -33,8 +34,8 @@ absl::Status OperationQueue::CheckDone(const std::string& id) {
 
 absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(
     const v1::ListOperationFilesRequest& request) {
-  if (absl::Status status = CheckPageToken(request.page_token()); !status.ok()) return status;
-  if (absl::Status status = CheckDone(request.operation_id()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPageToken(request.page_token()));
+  WEFT_RETURN_IF_ERROR(CheckDone(request.operation_id()));
   std::error_code error;
   const fs::path out = OutOf(request.operation_id());
   std::vector<v1::OperationFile> files;
@@ -61,7 +62,7 @@ absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(
 
 absl::StatusOr<FilePieces> OperationQueue::OpenFile(const std::string& id, const std::string& path,
                                                     const StreamStart& start) {
-  if (absl::Status status = CheckDone(id); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckDone(id));
   const absl::StatusOr<ConfinedFolder> out = ConfinedFolder::Open(OutOf(id));
   absl::StatusOr<FilePieces> pieces = out.ok() ? FilePieces::Open(*out, path, start) : out.status();
   const bool is_none = absl::IsNotFound(pieces.status()) || absl::IsFailedPrecondition(pieces.status()) ||
@@ -97,7 +98,7 @@ absl::Status OperationQueue::ForgetEnded(const std::string& id, int64_t finished
     if (found == entries_.end() || !HasEnded(found->second.operation) ||
         found->second.operation.finished_unix_ns() != finished_unix_ns)
       return absl::FailedPreconditionError("it is gone, or runs again");
-    if (absl::Status status = Disown(id); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Disown(id));
     entries_.erase(found);
   }
   std::error_code error;

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -101,16 +102,15 @@ absl::StatusOr<v1::Operation> OperationQueue::Known(const Entry& entry, const v1
 
 absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequest& request,
                                                     const Caller& caller) {
-  if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
-  if (absl::Status status = CheckOperationSpec(request.spec()); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckKey(request.idempotency_key()));
+  WEFT_RETURN_IF_ERROR(CheckOperationSpec(request.spec()));
   std::map<std::string, std::string> paths;
-  absl::StatusOr<std::vector<std::string>> resolved =
-      ArgumentsOf(request.spec(), [&](const std::string& field, const std::string& value) {
-        absl::StatusOr<std::string> path = options_.resolve(field, value);
-        if (path.ok()) paths[value] = *path;
-        return path;
-      });
-  if (!resolved.ok()) return resolved.status();
+  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> resolved,
+                        ArgumentsOf(request.spec(), [&](const std::string& field, const std::string& value) {
+                          absl::StatusOr<std::string> path = options_.resolve(field, value);
+                          if (path.ok()) paths[value] = *path;
+                          return path;
+                        }));
   const v1::OperationSpec spec = WithResolvedPaths(request.spec(), paths);
   const Lock lock(mutex_);
   const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
@@ -120,10 +120,10 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
     return FieldError(absl::StatusCode::kAlreadyExists,
                       {"idempotency_key", absl::StrCat("is the id of take ", id), "choose a new key"});
   }
-  if (absl::Status status = options_.admit(); !status.ok()) return status;
-  if (absl::Status status = CheckRoom(spec, caller); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(options_.admit());
+  WEFT_RETURN_IF_ERROR(CheckRoom(spec, caller));
   Entry entry;
-  entry.inputs = *std::move(resolved);
+  entry.inputs = std::move(resolved);
   entry.operation.set_id(id);
   entry.operation.set_started_by(caller.name);
   entry.operation.set_about(AboutOf(spec));
@@ -171,7 +171,7 @@ std::vector<const OperationQueue::Entry*> OperationQueue::ByAge() const {
 }
 
 absl::StatusOr<v1::ListOperationsResponse> OperationQueue::List(size_t limit, const std::string& page_token) {
-  if (absl::Status status = CheckPageToken(page_token); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckPageToken(page_token));
   const Lock lock(mutex_);
   v1::ListOperationsResponse response;
   if (page_token.empty()) response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
@@ -196,16 +196,13 @@ absl::StatusOr<v1::Operation> OperationQueue::Cancel(const std::string& id, cons
     const auto found = entries_.find(id);
     if (found == entries_.end()) return NoSuchOperation(id);
     Entry& entry = found->second;
-    if (absl::Status status = CheckMayChange(caller, "operation_id", absl::StrCat("operation ", id),
-                                             entry.operation.started_by());
-        !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(
+        CheckMayChange(caller, "operation_id", absl::StrCat("operation ", id), entry.operation.started_by()));
     if (entry.operation.state() == v1::JOB_STATE_QUEUED) {
       v1::Operation cancelled = entry.operation;
       cancelled.set_state(v1::JOB_STATE_CANCELLED);
       cancelled.set_finished_unix_ns(HostTime_ns());
-      if (absl::Status status = Write(cancelled); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Write(cancelled));
       entry.operation = std::move(cancelled);
       Shorten(entry);
     }
@@ -222,17 +219,14 @@ absl::StatusOr<v1::Operation> OperationQueue::Delete(const std::string& id, cons
     const auto found = entries_.find(id);
     if (found == entries_.end()) return NoSuchOperation(id);
     deleted = found->second.operation;
-    if (absl::Status status =
-            CheckMayChange(caller, "operation_id", absl::StrCat("operation ", id), deleted.started_by());
-        !status.ok()) {
-      return status;
-    }
+    WEFT_RETURN_IF_ERROR(
+        CheckMayChange(caller, "operation_id", absl::StrCat("operation ", id), deleted.started_by()));
     if (deleted.finished_unix_ns() == 0) {
       return FieldError(absl::StatusCode::kFailedPrecondition,
                         {"operation_id", absl::StrCat("operation ", id, " has not ended"),
                          "wait for it, or cancel it first"});
     }
-    if (absl::Status status = Disown(id); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(Disown(id));
     entries_.erase(found);
   }
   std::error_code ignored;

@@ -1,5 +1,6 @@
 #include "services/server/daemon/work/operation_service.h"
 
+#include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/file_stream.h"
 #include "services/server/daemon/calls/polling_watcher.h"
@@ -22,9 +23,8 @@ grpc::Status OperationService::GetOperation(grpc::ServerContext*, const v1::GetO
 grpc::Status OperationService::ListOperations(grpc::ServerContext*, const v1::ListOperationsRequest* request,
                                               v1::ListOperationsResponse* response) {
   return Answer("ListOperations", [&]() -> absl::Status {
-    const absl::StatusOr<int> limit = LimitOf(request->limit());
-    if (!limit.ok()) return limit.status();
-    return Assign(operations_.List(static_cast<size_t>(*limit), request->page_token()), response);
+    WEFT_ASSIGN_OR_RETURN(const int limit, LimitOf(request->limit()));
+    return Assign(operations_.List(static_cast<size_t>(limit), request->page_token()), response);
   });
 }
 
@@ -66,7 +66,7 @@ grpc::Status OperationService::ListOperationFiles(grpc::ServerContext*,
 grpc::ServerWriteReactor<v1::FileChunk>* OperationService::FetchOperationFile(
     grpc::CallbackServerContext* context, const v1::FetchOperationFileRequest* request) {
   return SendFile(context, "FetchOperationFile", [&]() -> absl::StatusOr<FilePieces> {
-    if (absl::Status status = CheckOffset(request->offset()); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOffset(request->offset()));
     return operations_.OpenFile(request->operation_id(), request->path(),
                                 {request->offset(), request->version()});
   });

@@ -9,6 +9,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/content_hash.h"
 #include "capture/take/recorded_take.h"
@@ -116,14 +117,12 @@ std::vector<NamedInput> NamedInputs(v1::Job& job) {
 absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
   v1::RegistrationSpec& spec = *job.mutable_spec();
   if (job.items().dump().empty()) {
-    absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec);
-    if (!dump.ok()) return dump.status();
-    spec.set_dump(*std::move(dump));
+    WEFT_ASSIGN_OR_RETURN(std::string dump, CanonicalDump(policy, takes_folder, spec));
+    spec.set_dump(std::move(dump));
   }
   for (const auto& [field, path] : NamedInputs(job)) {
-    absl::StatusOr<std::string> canonical = policy.CheckInputPath(field, *path);
-    if (!canonical.ok()) return canonical.status();
-    *path = *std::move(canonical);
+    WEFT_ASSIGN_OR_RETURN(std::string canonical, policy.CheckInputPath(field, *path));
+    *path = std::move(canonical);
   }
   return absl::OkStatus();
 }
@@ -169,7 +168,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
   const std::string& results_folder = places.results_folder;
   std::string out = absl::StrCat(results_folder, "/", job_id);
   if (!request.spec().out().empty()) {
-    if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
     const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
     // Also where a probe shows that the client cannot see it.
     std::error_code unknown;
@@ -188,7 +187,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
       out = *asked;
     }
   }
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CreateFolders(out));
   if (access(out.c_str(), W_OK | X_OK) != 0) {
     return FieldError(
         absl::StatusCode::kPermissionDenied,
@@ -211,7 +210,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   const std::string takes_folder = std::filesystem::path(places.results_folder).parent_path() / "takes";
   v1::SubmitJobRequest request = asked;
   if (request.has_spec()) TakeInputsFromSession(takes_folder, *request.mutable_spec());
-  if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckSubmitRequest(request));
   PreparedJob prepared;
   v1::Job& job = prepared.job;
   job.set_id(request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key());
@@ -219,41 +218,39 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   job.set_priority(request.priority());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
-  absl::StatusOr<v1::RegistrationOptions> options = request.spec().has_driving()
-                                                        ? EffectiveDriveOptions(request.spec().options())
-                                                        : EffectiveOptions(request.spec().options());
-  if (!options.ok()) return options.status();
-  *job.mutable_spec()->mutable_options() = *std::move(options);
-  if (absl::Status status = ResolveItems(places.library, &prepared); !status.ok()) return status;
-  if (absl::Status status = CanonicalizeInputs(places.policy, takes_folder, job); !status.ok()) return status;
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions options, request.spec().has_driving()
+                                                             ? EffectiveDriveOptions(request.spec().options())
+                                                             : EffectiveOptions(request.spec().options()));
+  *job.mutable_spec()->mutable_options() = std::move(options);
+  WEFT_RETURN_IF_ERROR(ResolveItems(places.library, &prepared));
+  WEFT_RETURN_IF_ERROR(CanonicalizeInputs(places.policy, takes_folder, job));
   // LoadInputs wants every field.
   if (job.spec().out().empty())
     job.mutable_spec()->set_out(absl::StrCat(places.results_folder, "/", job.id()));
   std::vector<std::string> so_far;
   if (job.spec().live_every() > 0) {
-    absl::StatusOr<std::vector<std::string>> names = FramesSoFar(job.spec().dump());
-    if (!names.ok()) return names.status();
-    so_far = *std::move(names);
+    WEFT_ASSIGN_OR_RETURN(std::vector<std::string> names, FramesSoFar(job.spec().dump()));
+    so_far = std::move(names);
   }
-  absl::StatusOr<LoadedInputs> inputs = places.known.Get(
-      job.spec(), caller_name, [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
-        // Folders without a change have no new links either.
-        const absl::Status status = CheckLinks(places.policy, takes_folder, job);
-        return status.ok() ? load(spec) : status;
-      });
-  if (!inputs.ok()) return inputs.status();
-  if (!so_far.empty()) inputs->frames = std::move(so_far);
-  absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), places, job.id());
-  if (!out.ok()) return out.status();
+  WEFT_ASSIGN_OR_RETURN(
+      LoadedInputs inputs,
+      places.known.Get(job.spec(), caller_name,
+                       [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
+                         // Folders without a change have no new links either.
+                         const absl::Status status = CheckLinks(places.policy, takes_folder, job);
+                         return status.ok() ? load(spec) : status;
+                       }));
+  if (!so_far.empty()) inputs.frames = std::move(so_far);
+  WEFT_ASSIGN_OR_RETURN(std::string out, ChooseOut(request, job.spec(), places, job.id()));
   // Whoever writes there now is named now, not when the job's turn comes. The job takes the lock when it
   // starts.
-  const absl::StatusOr<ResultLock> nobody = ResultLock::Acquire(*out, "weftd", std::chrono::milliseconds(0));
+  const absl::StatusOr<ResultLock> nobody = ResultLock::Acquire(out, "weftd", std::chrono::milliseconds(0));
   if (!nobody.ok()) return nobody.status();
-  job.mutable_spec()->set_out(*std::move(out));
-  *job.mutable_inputs() = inputs->hashes;
-  if (inputs->driven) *job.mutable_driven() = *inputs->driven;
-  job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
-  prepared.frames = std::move(inputs->frames);
+  job.mutable_spec()->set_out(std::move(out));
+  *job.mutable_inputs() = inputs.hashes;
+  if (inputs.driven) *job.mutable_driven() = inputs->driven;
+  job.mutable_warnings()->Assign(inputs.warnings.begin(), inputs.warnings.end());
+  prepared.frames = std::move(inputs.frames);
   job.set_first_frame(prepared.frames.front());
   job.set_last_frame(prepared.frames.back());
   return prepared;

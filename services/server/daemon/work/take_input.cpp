@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/status_macros.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/studio/recorder/recorder_files.h"
 #include "services/studio/recording/session_file.h"
@@ -11,7 +12,7 @@ namespace weft {
 absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name) {
   absl::string_view id = name;
   if (!absl::ConsumePrefix(&id, kTakePrefix)) return name;
-  if (absl::Status status = CheckTakeId(std::string(id)); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckTakeId(std::string(id)));
   return RecorderFiles(absl::StrCat(takes_folder, "/", id)).take;
 }
 
