@@ -195,7 +195,7 @@ absl::StatusOr<Frame> Grey(const Frame& frame) {
   grey.format = PixelFormat::kGrey8;
   auto values = std::make_shared<std::vector<uint8_t>>(rgb.pixels->size() / 3);
   for (size_t i = 0; i < values->size(); ++i) {
-    const uint8_t* p = &(rgb->pixels)[3 * i];
+    const uint8_t* p = &(*rgb.pixels)[3 * i];
     (*values)[i] = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2] + 2) / 4);
   }
   grey.pixels = std::move(values);
@@ -204,7 +204,7 @@ absl::StatusOr<Frame> Grey(const Frame& frame) {
 
 absl::StatusOr<Frame> MirroredGrey(const Frame& frame) {
   WEFT_ASSIGN_OR_RETURN(Frame grey, Grey(frame));
-  auto values = std::make_shared<std::vector<uint8_t>>(grey->pixels);
+  auto values = std::make_shared<std::vector<uint8_t>>(*grey.pixels);
   for (int y = 0; y < grey.height_px; ++y) {
     const auto row = values->begin() + static_cast<std::ptrdiff_t>(y) * grey.width_px;
     std::reverse(row, row + grey.width_px);

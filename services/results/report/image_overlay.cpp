@@ -138,7 +138,7 @@ absl::StatusOr<MeshPicture> DrawOverlay(const Frame& image, const CameraModel& c
   const int width = std::max(1, static_cast<int>(std::lround(scale * box.width()))),
             height = std::max(1, static_cast<int>(std::lround(scale * box.height())));
   WEFT_ASSIGN_OR_RETURN(const Frame small, Resized(Cropped(rgb, box), width, height));
-  std::vector<uint8_t> pixels = small->pixels;
+  std::vector<uint8_t> pixels = *small.pixels;
   double nearest_mm = 1e9;
   for (const auto& vertex : vertices)
     if (vertex) nearest_mm = std::min(nearest_mm, vertex->depth_mm);

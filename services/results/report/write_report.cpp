@@ -182,7 +182,7 @@ absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
   WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder, ConfinedFolder::Open(fs::absolute(out_folder).string()));
   return folder.InWords(WriteFileAtomically(folder.At(kJobReportFile),
                                             MakeJobReport(job, parts.frames, parts.pictures, parts.notes,
-                                                          parts.sequence ? &parts->sequence : nullptr)));
+                                                          parts.sequence ? &*parts.sequence : nullptr)));
 }
 
 }  // namespace weft

@@ -162,7 +162,7 @@ absl::StatusOr<v1::LibraryItem> Library::FindHeader(v1::ItemKind kind, const std
   for (const v1::LibraryItem& item : listing.items) {
     for (const v1::ItemName& name : item.names()) {
       if (reference.name.empty() || name.name() != reference.name || name.version() <= newest) continue;
-      if (reference.version && name.version() != reference->version) continue;
+      if (reference.version && name.version() != *reference.version) continue;
       found = &item;
       newest = name.version();
     }

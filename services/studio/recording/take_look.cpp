@@ -28,7 +28,7 @@ absl::Status AddPicture(const Frame& frame, int width_px, v1::CameraLook& look) 
   pixels.width_px = small.width_px;
   pixels.height_px = small.height_px;
   pixels.channels = 3;
-  pixels.bytes = small->pixels;
+  pixels.bytes = *small.pixels;
   WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> jpeg, EncodeJpeg(pixels, kJpegQuality));
   look.set_jpeg(jpeg.data(), jpeg.size());
   return absl::OkStatus();

@@ -1,9 +1,9 @@
 #include "services/tools/cli/absolute_paths.h"
 
 #include <filesystem>
-#include <vector>
 
 #include "services/tools/cli/upload_inputs.h"
+#include "services/work/pipeline/job_input.h"
 
 namespace weft {
 
@@ -12,17 +12,10 @@ std::string AbsolutePath(const std::string& path) {
 }
 
 v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
-  std::vector<std::string*> inputs = {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
-                                      spec.mutable_garment()};
-  if (spec.has_driving()) inputs.push_back(spec.mutable_driving()->mutable_avatar());
-  for (std::string* path : inputs) {
-    if (!path->empty() && !IsOfDaemon(*path)) *path = AbsolutePath(*path);
+  for (const JobInput& input : InputsOf(spec)) {
+    if (!input.path.empty() && !IsOfDaemon(input.path)) SetInput(input, AbsolutePath(input.path), &spec);
   }
   spec.set_out(AbsolutePath(spec.out()));
-  v1::RegistrationOptions& options = *spec.mutable_options();
-  for (std::string* path : {options.mutable_scans(), options.mutable_starts()}) {
-    if (!path->empty()) *path = AbsolutePath(*path);
-  }
   return spec;
 }
 

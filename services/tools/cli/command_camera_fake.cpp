@@ -65,7 +65,7 @@ absl::StatusOr<std::vector<FakeCamera>> CamerasOfDump(const FakeCommandOptions& 
       fake.pictures.width_px = static_cast<uint32_t>(frame.width_px);
       fake.pictures.height_px = static_cast<uint32_t>(frame.height_px);
       fake.pictures.pixel_format = static_cast<uint32_t>(Formats().at(frame.format));
-      fake.pictures.images.push_back(frame->pixels);
+      fake.pictures.images.push_back(*frame.pixels);
       bytes += frame.pixels->size();
       if (bytes > kMostPictures_bytes)
         return absl::InvalidArgumentError(

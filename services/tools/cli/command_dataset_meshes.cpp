@@ -77,7 +77,7 @@ absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, C
     absl::Status status = WriteMesh(absl::StrCat(out, "/cloth/", name, ".ply"),
                                     {std::move(frame.vertices_mm), garment.rest.faces}, texture);
     if (status.ok() && frame.pose) {
-      std::vector<Eigen::Vector3d> body = Body(frame->pose, shape).MeshVertices();
+      std::vector<Eigen::Vector3d> body = Body(*frame.pose, shape).MeshVertices();
       MoveAll(transform, body);
       status = WriteMesh(absl::StrCat(out, "/body/", name, ".ply"), {std::move(body), Body::MeshFaces()});
     }

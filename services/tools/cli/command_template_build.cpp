@@ -120,7 +120,7 @@ absl::Status Build(BuildOptions options, bool quiet) {
                                                     sources->cloud_names, summary.verdict()}));
   status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), report);
   if (!status.ok()) return status;
-  summary->mutable_options() = pipeline.message;
+  *summary.mutable_options() = pipeline.message;
   if (options.json) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(summary));
   } else {

@@ -12,6 +12,7 @@
 #include "services/tools/client/library_client.h"
 #include "services/work/items/item_files.h"
 #include "services/work/items/item_words.h"
+#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/output_folder.h"
 
 namespace weft {
@@ -67,19 +68,11 @@ absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1:
   }
   WEFT_RETURN_IF_ERROR(CheckOutOfInputs(spec));
   WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(server));
-  const struct {
-    v1::ItemKind kind;
-    std::string* path;
-  } inputs[] = {
-      {v1::ITEM_KIND_RIG, spec.mutable_rig()},
-      {v1::ITEM_KIND_BOARD, spec.mutable_board()},
-      {v1::ITEM_KIND_TEMPLATE, spec.mutable_garment()},
-      {v1::ITEM_KIND_AVATAR, spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr},
-      {v1::ITEM_KIND_DUMP, spec.mutable_dump()}};
-  for (const auto& [kind, path] : inputs) {
-    if (path == nullptr || IsOfDaemon(*path)) continue;
-    WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item, UploadInput(*connection, {kind, *path, ""}, quiet));
-    *path = absl::StrCat(kLibraryPrefix, "sha256:", item.id());
+  for (const JobInput& input : InputsOf(spec)) {
+    if (input.kind == v1::ITEM_KIND_UNSPECIFIED || IsOfDaemon(input.path)) continue;
+    WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item,
+                          UploadInput(*connection, {input.kind, input.path, ""}, quiet));
+    SetInput(input, absl::StrCat(kLibraryPrefix, "sha256:", item.id()), &spec);
   }
   return spec;
 }

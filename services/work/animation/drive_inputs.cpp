@@ -16,17 +16,18 @@
 #include "services/formats/files/take_times.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/options/presets.h"
+#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/registration_inputs.h"
 
 namespace weft {
 namespace {
 
-absl::Status CheckNotEmpty(const v1::RegistrationSpec& spec) {
-  const std::pair<const char*, const std::string*> paths[] = {
-      {"the take", &spec.dump()},      {"--rig", &spec.rig()}, {"--board", &spec.board()},
-      {"--template", &spec.garment()}, {"--out", &spec.out()}, {"--avatar", &spec.driving().avatar()}};
-  for (const auto& [name, path] : paths)
-    if (path->empty()) return absl::InvalidArgumentError(absl::StrCat(name, " is empty"));
+absl::Status CheckGiven(const v1::RegistrationSpec& spec) {
+  WEFT_RETURN_IF_ERROR(CheckInputsGiven(spec));
+  if (!spec.has_driving())
+    return absl::InvalidArgumentError("the field spec.driving is missing: name an avatar");
+  if (spec.out().empty())
+    return absl::InvalidArgumentError("the field spec.out is empty: name a folder for results");
   if (!(spec.driving().fps() >= 0) || !std::isfinite(spec.driving().fps()))
     return absl::InvalidArgumentError("--fps must be positive, or 0 for those of the avatar");
   return absl::OkStatus();
@@ -101,7 +102,7 @@ v1::DrivenJob DescribeDriving(const v1::RegistrationSpec& spec, const DriveInput
 
 absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec,
                                                              NetReading reading) {
-  WEFT_RETURN_IF_ERROR(CheckNotEmpty(spec));
+  WEFT_RETURN_IF_ERROR(CheckGiven(spec));
   WEFT_ASSIGN_OR_RETURN(const JobOptions options, MakeJobOptions(spec.options()));
   WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(spec.rig()));
   const auto& names = spec.driving().cameras();

@@ -137,7 +137,7 @@ class AvatarScorer {
       sum.ms.insert(sum.ms.end(), ms.begin(), ms.end());
       sum.AddViews(views);
       const bool skins = truth.pose.has_value() && cameras <= kCamerasToSkin;
-      if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth.vertices_mm, truth->pose);
+      if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth.vertices_mm, *truth.pose);
       if (skins) status.Update(AddSkinned(frame, *skinned, sums));
       status.Update(paper_.Add({truth, views, frame.rig, frame.rays, k > first}, split, "", driving_, sums));
       if (!status.ok()) return status;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/work/pipeline/job_input.h"
 
 namespace weft {
 namespace {
@@ -28,24 +28,18 @@ bool LiesIn(const fs::path& path, const fs::path& folder) {
 
 absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
   const fs::path out = Resolved(spec.out());
-  const std::pair<const char*, const std::string*> inputs[] = {{"the take", &spec.dump()},
-                                                               {"the template", &spec.garment()},
-                                                               {"the rig", &spec.rig()},
-                                                               {"the board", &spec.board()},
-                                                               {"the scans", &spec.options().scans()},
-                                                               {"the starts", &spec.options().starts()},
-                                                               {"the avatar", &spec.driving().avatar()}};
-  for (const auto& [what, input] : inputs) {
-    if (input->empty()) continue;
-    const fs::path read = Resolved(*input);
+  for (const JobInput& input : InputsOf(spec)) {
+    if (input.path.empty()) continue;
+    const fs::path read = Resolved(input.path);
     std::error_code error;
-    if (fs::is_directory(*input, error) && LiesIn(out, read)) {
-      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ", what,
-                                                     ", ", *input,
+    if (fs::is_directory(input.path, error) && LiesIn(out, read)) {
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ",
+                                                     input.what, ", ", input.path,
                                                      ", which is only read; choose a folder outside of it"));
     }
     if (LiesIn(read, out)) {
-      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " contains ", what, ", ", *input,
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " contains ", input.what, ", ",
+                                                     input.path,
                                                      ", which is only read; choose another folder"));
     }
   }

@@ -17,27 +17,10 @@
 #include "services/work/pipeline/frame_extras.h"
 #include "services/work/pipeline/frame_files.h"
 #include "services/work/pipeline/frame_inputs.h"
+#include "services/work/pipeline/job_input.h"
 
 namespace weft {
 namespace {
-
-absl::Status CheckFields(const v1::RegistrationSpec& spec) {
-  const std::pair<const char*, const std::string*> fields[] = {{"dump", &spec.dump()},
-                                                               {"rig", &spec.rig()},
-                                                               {"board", &spec.board()},
-                                                               {"out", &spec.out()},
-                                                               {"garment", &spec.garment()}};
-  for (const auto& [name, value] : fields) {
-    if (value->empty()) {
-      return absl::InvalidArgumentError(absl::StrCat("the field ", name, " of the registration is empty"));
-    }
-    if (value->find('\0') != std::string::npos) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the field ", name, " of the registration holds a zero byte"));
-    }
-  }
-  return EffectiveOptions(spec.options()).status();
-}
 
 absl::Status CheckHash(const char* what, const std::string& path, const std::string& expected,
                        const std::string& found) {
@@ -69,7 +52,10 @@ absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::Inp
 }
 
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
-  WEFT_RETURN_IF_ERROR(CheckFields(spec));
+  WEFT_RETURN_IF_ERROR(CheckInputsGiven(spec));
+  if (spec.out().empty())
+    return absl::InvalidArgumentError("the field spec.out is empty: name a folder for results");
+  WEFT_RETURN_IF_ERROR(EffectiveOptions(spec.options()).status());
   WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(spec.rig()));
   WEFT_ASSIGN_OR_RETURN(std::vector<double> camera_sigma_px, ReadCameraSigmas(spec.rig()));
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(spec.board()));

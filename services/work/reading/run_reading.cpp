@@ -54,7 +54,7 @@ absl::Status ReadInputs(const v1::RegistrationSpec& spec, v1::ReadingAnswer& ans
   answer.mutable_frames()->Assign(inputs.frames.begin(), inputs.frames.end());
   *answer.mutable_hashes() = inputs.hashes;
   answer.mutable_warnings()->Assign(inputs.warnings.begin(), inputs.warnings.end());
-  if (inputs.driven) *answer.mutable_driven() = inputs->driven;
+  if (inputs.driven) *answer.mutable_driven() = *inputs.driven;
   return absl::OkStatus();
 }
 

@@ -10,6 +10,7 @@
 #include "services/formats/options/presets.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/server/rpc/error_detail.h"
+#include "services/work/pipeline/job_input.h"
 
 namespace weft {
 namespace {
@@ -63,7 +64,7 @@ absl::Status CheckLive(const v1::RegistrationSpec& spec) {
 absl::Status CheckDriving(const v1::RegistrationSpec& spec) {
   if (!spec.has_driving()) return absl::OkStatus();
   const v1::DrivingSpec& driving = spec.driving();
-  absl::Status status = CheckPath("spec.driving.avatar", driving.avatar());
+  absl::Status status;
   if (driving.cameras_size() > kMostCameras)
     status.Update(Invalid("spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
                           absl::StrCat("at most ", kMostCameras, " are allowed")));
@@ -102,24 +103,18 @@ absl::Status CheckRange(const v1::RegistrationSpec& spec) {
 absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   if (!request.has_spec()) return Invalid("spec", "is missing");
   const v1::RegistrationSpec& spec = request.spec();
+  for (const JobInput& input : InputsOf(spec)) {
+    WEFT_RETURN_IF_ERROR(input.is_required ? CheckPath(input.field, input.path)
+                                           : CheckText(input.field, input.path, kMaxPathBytes));
+  }
   for (const auto& status :
-       {CheckPath("spec.dump", spec.dump()),
-        CheckPath("spec.rig", spec.rig()),
-        CheckPath("spec.board", spec.board()),
-        CheckPath("spec.garment", spec.garment()),
-        CheckText("spec.out", spec.out(), kMaxPathBytes),
-        CheckPlainName("out_probe", request.out_probe()),
-        CheckKey(request.idempotency_key()),
-        CheckPriority(request.priority()),
-        CheckRange(spec),
-        CheckLive(spec),
-        CheckDriving(spec),
+       {CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
+        CheckKey(request.idempotency_key()), CheckPriority(request.priority()), CheckRange(spec),
+        CheckLive(spec), CheckDriving(spec),
         CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
         CheckText("spec.options.cloud_format", spec.options().cloud_format(), kMaxNameBytes),
-        CheckText("spec.options.scans", spec.options().scans(), kMaxPathBytes),
-        CheckText("spec.options.starts", spec.options().starts(), kMaxPathBytes),
         CheckHash("spec.expected.rig", spec.expected().rig()),
         CheckHash("spec.expected.board", spec.expected().board()),
         CheckHash("spec.expected.garment", spec.expected().garment())}) {

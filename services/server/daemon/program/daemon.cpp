@@ -38,6 +38,7 @@
 #include "services/work/executor/local_executor.h"
 #include "services/work/executor/process_record.h"
 #include "services/work/items/item_words.h"
+#include "services/work/pipeline/job_input.h"
 #include "services/work/slurm/slurm_executor.h"
 
 namespace weft {
@@ -77,9 +78,7 @@ std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
   return [&parts](const std::string& folder) {
     const std::vector<v1::Job> jobs = parts.queue->Unfinished();
     return std::any_of(jobs.begin(), jobs.end(),
-                       [&](const v1::Job& job) {
-                         return job.spec().dump() == folder || job.spec().options().starts() == folder;
-                       }) ||
+                       [&](const v1::Job& job) { return IsReadFrom(job.spec(), folder); }) ||
            (parts.operation_queue && parts.operation_queue->Reads(folder));
   };
 }

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "capture/take/take_files.h"
+#include "services/work/pipeline/job_input.h"
 
 namespace weft {
 namespace {
@@ -62,17 +63,15 @@ void InputStamps::AddFilesBeside(const std::string& json) {
 
 InputStamps InputStamps::Take(const v1::RegistrationSpec& spec, time_t now_s) {
   InputStamps stamps(now_s);
-  const v1::RegistrationOptions& options = spec.options();
-  for (const std::string* input : {&spec.dump(), &spec.rig(), &spec.board(), &spec.garment(),
-                                   &options.scans(), &options.starts(), &spec.driving().avatar()}) {
+  for (const auto& [field, what, kind, is_required, path] : InputsOf(spec)) {
     std::error_code error;
-    if (input->empty() || !stamps.conclusive_) continue;
-    const bool holds_images = input == &spec.dump() && !IsRecordedTake(*input);
-    if (fs::is_directory(*input, error)) {
-      stamps.AddFolder(*input, !holds_images, 0);
+    if (path.empty() || !stamps.conclusive_) continue;
+    const bool holds_images = kind == v1::ITEM_KIND_DUMP && !IsRecordedTake(path);
+    if (fs::is_directory(path, error)) {
+      stamps.AddFolder(path, !holds_images, 0);
     } else {
-      stamps.Add(*input);
-      if (fs::path(*input).extension() == ".json") stamps.AddFilesBeside(*input);
+      stamps.Add(path);
+      if (fs::path(path).extension() == ".json") stamps.AddFilesBeside(path);
     }
   }
   return stamps;

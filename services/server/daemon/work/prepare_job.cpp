@@ -22,6 +22,7 @@
 #include "services/studio/recorder/recorder_process.h"
 #include "services/work/animation/drive_inputs.h"
 #include "services/work/items/item_words.h"
+#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/output_folder.h"
 #include "services/work/pipeline/result_lock.h"
 
@@ -63,54 +64,48 @@ void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec
   if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
 }
 
+// The item of such an input; null: no library keeps it.
+std::string* ItemOf(const JobInput& input, v1::JobItems* items) {
+  switch (input.kind) {
+    case v1::ITEM_KIND_DUMP:
+      return items->mutable_dump();
+    case v1::ITEM_KIND_RIG:
+      return items->mutable_rig();
+    case v1::ITEM_KIND_BOARD:
+      return items->mutable_board();
+    case v1::ITEM_KIND_TEMPLATE:
+      return items->mutable_garment();
+    case v1::ITEM_KIND_AVATAR:
+      return items->mutable_avatar();
+    default:
+      return nullptr;
+  }
+}
+
 // Replaces "library:..." by the item's path.
 absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
   v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
-  v1::JobItems& items = *prepared->job.mutable_items();
-  const struct {
-    const char* field;
-    v1::ItemKind kind;
-    std::string* path;
-    std::string* id;
-  } inputs[] = {
-      {"spec.dump", v1::ITEM_KIND_DUMP, spec.mutable_dump(), items.mutable_dump()},
-      {"spec.rig", v1::ITEM_KIND_RIG, spec.mutable_rig(), items.mutable_rig()},
-      {"spec.board", v1::ITEM_KIND_BOARD, spec.mutable_board(), items.mutable_board()},
-      {"spec.garment", v1::ITEM_KIND_TEMPLATE, spec.mutable_garment(), items.mutable_garment()},
-      {"spec.driving.avatar", v1::ITEM_KIND_AVATAR,
-       spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr, items.mutable_avatar()}};
-  for (const auto& [field, kind, path, id] : inputs) {
-    if (path == nullptr || !absl::StartsWith(*path, kLibraryPrefix)) continue;
-    absl::StatusOr<HeldItem> held = library.Hold(kind, path->substr(sizeof(kLibraryPrefix) - 1));
+  for (const JobInput& input : InputsOf(spec)) {
+    std::string* item = ItemOf(input, prepared->job.mutable_items());
+    if (item == nullptr || !absl::StartsWith(input.path, kLibraryPrefix)) continue;
+    absl::StatusOr<HeldItem> held = library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1));
     if (!held.ok()) {
-      return absl::Status(held.status().code(), absl::StrCat(field, ": ", held.status().message()));
+      return absl::Status(held.status().code(), absl::StrCat(input.field, ": ", held.status().message()));
     }
-    *path = held->path;
-    *id = held->item.id();
+    SetInput(input, held->path, &spec);
+    *item = held->item.id();
     prepared->holds.push_back(std::move(held->hold));
   }
   return absl::OkStatus();
 }
 
-// A path that a client named, and the field in which it did.
-struct NamedInput {
-  const char* field;
-  std::string* path;
-};
-
-// Those of rig, board, template, avatar and options; the library's items are the daemon's own.
-std::vector<NamedInput> NamedInputs(v1::Job& job) {
-  v1::RegistrationSpec& spec = *job.mutable_spec();
-  v1::RegistrationOptions& options = *spec.mutable_options();
-  const v1::JobItems& items = job.items();
-  std::vector<NamedInput> inputs;
-  if (items.rig().empty()) inputs.push_back({"spec.rig", spec.mutable_rig()});
-  if (items.board().empty()) inputs.push_back({"spec.board", spec.mutable_board()});
-  if (items.garment().empty()) inputs.push_back({"spec.garment", spec.mutable_garment()});
-  if (spec.has_driving() && items.avatar().empty())
-    inputs.push_back({"spec.driving.avatar", spec.mutable_driving()->mutable_avatar()});
-  if (!options.scans().empty()) inputs.push_back({"spec.options.scans", options.mutable_scans()});
-  if (!options.starts().empty()) inputs.push_back({"spec.options.starts", options.mutable_starts()});
+// Paths that a client named beside the take; the library's items are the daemon's own.
+std::vector<JobInput> NamedInputs(v1::Job& job) {
+  std::vector<JobInput> inputs = InputsOf(job.spec());
+  std::erase_if(inputs, [&job](const JobInput& input) {
+    const std::string* item = ItemOf(input, job.mutable_items());
+    return input.kind == v1::ITEM_KIND_DUMP || input.path.empty() || (item != nullptr && !item->empty());
+  });
   return inputs;
 }
 
@@ -120,9 +115,9 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& tak
     WEFT_ASSIGN_OR_RETURN(std::string dump, CanonicalDump(policy, takes_folder, spec));
     spec.set_dump(std::move(dump));
   }
-  for (const auto& [field, path] : NamedInputs(job)) {
-    WEFT_ASSIGN_OR_RETURN(std::string canonical, policy.CheckInputPath(field, *path));
-    *path = std::move(canonical);
+  for (const JobInput& input : NamedInputs(job)) {
+    WEFT_ASSIGN_OR_RETURN(const std::string canonical, policy.CheckInputPath(input.field, input.path));
+    SetInput(input, canonical, &spec);
   }
   return absl::OkStatus();
 }
@@ -133,8 +128,8 @@ absl::Status CheckLinks(const PathPolicy& policy, const std::string& takes_folde
   absl::Status status;
   if (job.items().dump().empty() && !LiesBelow(dump, takes_folder))
     status = policy.CheckLinks("spec.dump", dump);
-  for (const auto& [field, path] : NamedInputs(job)) {
-    if (status.ok()) status = policy.CheckLinks(field, *path);
+  for (const JobInput& input : NamedInputs(job)) {
+    if (status.ok()) status = policy.CheckLinks(input.field, input.path);
   }
   return status;
 }
@@ -248,7 +243,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   if (!nobody.ok()) return nobody.status();
   job.mutable_spec()->set_out(std::move(out));
   *job.mutable_inputs() = inputs.hashes;
-  if (inputs.driven) *job.mutable_driven() = inputs->driven;
+  if (inputs.driven) *job.mutable_driven() = *inputs.driven;
   job.mutable_warnings()->Assign(inputs.warnings.begin(), inputs.warnings.end());
   prepared.frames = std::move(inputs.frames);
   job.set_first_frame(prepared.frames.front());

@@ -30,7 +30,7 @@ TEST(CamerasNamed, KeepsTheOrderOfTheRig) {
 TEST(LoadDriveInputs, NamesWhatIsEmpty) {
   v1::RegistrationSpec spec;
   spec.set_dump("take");
-  EXPECT_THAT(std::string(LoadDriveInputs(spec).status().message()), HasSubstr("--rig is empty"));
+  EXPECT_THAT(std::string(LoadDriveInputs(spec).status().message()), HasSubstr("spec.rig is empty"));
 }
 
 }  // namespace

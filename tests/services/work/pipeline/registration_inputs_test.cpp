@@ -39,7 +39,7 @@ TEST(LoadInputs, NamesTheFieldThatIsEmptyOrNoPath) {
   spec.set_rig("rig.json");
   spec.set_out("out");
   spec.set_garment("shirt");
-  EXPECT_THAT(std::string(LoadInputs(spec).status().message()), HasSubstr("field board"));
+  EXPECT_THAT(std::string(LoadInputs(spec).status().message()), HasSubstr("field spec.board"));
   spec.set_board(std::string("a\0b", 3));
   EXPECT_EQ(LoadInputs(spec).status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(LoadInputs(spec).status().message()), HasSubstr("zero byte"));
