@@ -11,7 +11,7 @@ RULE is one of
   length    no source file is longer than 400 lines
   unnamed   names in unnamed namespaces are unique within a library, which may be compiled as one file, and within the
             tests of a folder
-  links     links between the Markdown files lead somewhere
+  links     links between the Markdown files lead to files, and to headings that these have
 """
 
 import functools
@@ -27,7 +27,9 @@ HEAVY = re.compile(
     r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|assimp|embree3|ceres|spdlog|CLI|torch|onnx)[/.]|sqlite3)',
     re.MULTILINE)
 TYPE = re.compile(r"^(?:struct|class|enum class|enum) (\w+)(?![\w:]*::)[^;()]*\{", re.MULTILINE)
-LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
+LINK = re.compile(r"\]\(([^)#:\s]*)(?:#([^)\s]*))?\)")
+HEADING = re.compile(r"^ {0,3}#{1,6}[ \t]+(.*?)[ \t]*#*[ \t]*$", re.MULTILINE)
+CODE_BLOCK = re.compile(r"^ {0,3}(```|~~~).*?^ {0,3}\1[^\n]*$", re.MULTILINE | re.DOTALL)
 MAX_LINES = 400
 SOURCE_ENDINGS = (".h", ".cpp", ".proto", ".py", ".sh")
 
@@ -149,11 +151,26 @@ def check_length(root):
             yield f"{path}: {lines} lines, at most {MAX_LINES}; split it by reason to change"
 
 
+def anchors(markdown):
+    """What links to headings of a page are called, as GitHub makes it: lower case, hyphens for spaces, letters, digits, `_`
+    and `-` alone. A second heading of the same name gets `-1`."""
+    found = set()
+    for heading in HEADING.findall(CODE_BLOCK.sub("", markdown)):
+        shown = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
+        anchor = re.sub(r"[^\w\- ]", "", shown.lower()).replace(" ", "-")
+        repeated = sum(1 for other in found if other == anchor or re.fullmatch(re.escape(anchor) + r"-\d+", other))
+        found.add(f"{anchor}-{repeated}" if repeated else anchor)
+    return found
+
+
 def check_links(root):
     for path in files(root, (".md",)):
-        for link in LINK.findall(text(root, path)):
-            if not os.path.exists(os.path.join(root, os.path.dirname(path), link)):
+        for link, anchor in LINK.findall(text(root, path)):
+            target = os.path.normpath(os.path.join(os.path.dirname(path), link)) if link else path
+            if not os.path.exists(os.path.join(root, target)):
                 yield f"{path}: link to {link} leads nowhere"
+            elif anchor and target.endswith(".md") and anchor not in anchors(text(root, target)):
+                yield f"{path}: {link or 'the page'} has no heading for #{anchor}"
 
 
 def unnamed_names(source):

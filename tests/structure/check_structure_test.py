@@ -144,6 +144,18 @@ class StructureCheck(unittest.TestCase):
         self.write("docs/there.md", "")
         self.assertEqual(self.run_rule("links")[0], 0)
 
+    def test_rejects_links_to_headings_that_are_missing(self):
+        self.write("docs/there.md", "# A page\n## `weft take`: who, when?\n## Twice\n## Twice\n## A [link](there.md)\n## rig_a.json\n"
+                   "```\n# a comment\n```\n")
+        good = ("a-page", "weft-take-who-when", "twice", "twice-1", "a-link", "rig_ajson")
+        bad = ("A-page", "twice-2", "a-comment", "weft-take")
+        self.write("README.md", "".join(f"[here](docs/there.md#{anchor})\n" for anchor in good + bad))
+        self.assertEqual(self.run_rule("links"), (1, "".join(f"README.md: docs/there.md has no heading for #{anchor}\n" for anchor in bad)))
+        self.write("README.md", "# Here\n[up](#here)\n")
+        self.assertEqual(self.run_rule("links"), (0, ""))
+        self.write("README.md", "# Here\n[up](#there)\n")
+        self.assertEqual(self.run_rule("links"), (1, "README.md: the page has no heading for #there\n"))
+
     def test_refuses_a_folder_without_sources(self):
         with tempfile.TemporaryDirectory() as empty:
             done = subprocess.run([sys.executable, CHECK, empty, "includes"], capture_output=True, check=False)
