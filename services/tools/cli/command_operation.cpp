@@ -74,7 +74,7 @@ void AddOperationCommand(CLI::App& app, CommandLine& line) {
   CLI::App* group =
       AddCommand(app, "operation",
                  "Commands that a daemon runs for its clients, by their option --server: take info, "
-                 "verify, trim and export, rig calibrate, template build, evaluate.",
+                 "verify, trim and export, rig calibrate, template build, evaluate, export.",
                  "");
   group->require_subcommand(1);
   const auto options = std::make_shared<OperationCommandOptions>();
