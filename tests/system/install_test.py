@@ -39,7 +39,7 @@ class Installed(unittest.TestCase):
 
     def test_has_what_users_look_for(self):
         for name in ("bin/weft", "bin/weftd", "bin/weft-worker", "bin/weft-recorder", "bin/weft-video", "share/weft/LICENSE", "share/weft/README.md",
-                     "share/weft/docs/tour.md", "share/weft/config/best.txtpb",
+                     "share/weft/docs/tour.md", "share/weft/docs/guide/README.md", "share/weft/config/best.txtpb",
                      "share/weft/config/examples/few-cameras.txtpb", "share/weft/examples/read_mesh.py", "share/weft/examples/tshirt/tshirt.avatar/space.bin",
                      "share/weft/blender/weft_blender.py", "share/weft/blender/weft_result.py", "share/weft/blender/weft_blender.zip",
                      "share/doc/weft/copyright", "share/weft/config/weftd.txtpb", "lib/systemd/system/weftd.service",

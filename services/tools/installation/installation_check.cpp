@@ -184,7 +184,7 @@ void InstallationCheck::CheckDaemonInfo(const v1::ServerInfo& info, const std::s
                                 " jobs run, ", info.jobs_queued(), " wait"));
   }
   for (const std::string& warning : info.warnings())
-    Warn("daemon", warning, "see Troubleshooting in the operator's guide");
+    Warn("daemon", warning, "see Troubleshooting in docs/guide/daemon-upkeep.md");
   const double off_s = static_cast<double>(info.unix_ns() - HostTime_ns()) / kNsPerS;
   if (std::abs(off_s) > kClockOff_s) {
     Warn("daemon's clock", absl::StrFormat("differs from this machine's by %.1f s", off_s),
