@@ -25,7 +25,7 @@
 #include "services/tools/cli/upload_inputs.h"
 #include "services/work/animation/drive_inputs.h"
 #include "services/work/animation/drive_live.h"
-#include "services/work/animation/drive_take.h"
+#include "services/work/kinds/local_job.h"
 
 namespace weft {
 namespace {
@@ -83,7 +83,7 @@ class LiveView {
   void Show(const v1::LiveDriving& now, const v1::FrameInfo& info) {
     if (info.state() == v1::FRAME_STATE_FAILED && !quiet_) {
       Wipe();
-      std::fprintf(stderr, "%s\n", FrameLine(info, true).c_str());
+      std::fprintf(stderr, "%s\n", FrameLine(info, false).c_str());
     }
     if (!draws_) return;
     std::fprintf(stderr, "\r%s  %4.0f ms, %s \033[K", info.frame().c_str(), 1000 * info.latency_s(),
@@ -112,11 +112,17 @@ absl::StatusOr<v1::Job> RunLive(const DriveOptions& options, const v1::Registrat
 absl::StatusOr<v1::Job> RunAll(const DriveOptions& options, const v1::RegistrationSpec& spec, bool quiet,
                                const std::stop_token& stop) {
   Progress progress("drive", 1, ProgressVisible(quiet));
-  return DriveTake(
-      spec, options.threads,
-      [&](size_t done, size_t all, const v1::FrameInfo& info) {
-        progress.Set(done, all);
-        if (info.state() == v1::FRAME_STATE_FAILED && !quiet) progress.PrintLine(FrameLine(info, true));
+  return RunLocalJob(
+      {.spec = spec,
+       .recorded = spec,
+       .command = "weft avatar drive",
+       .limits = {.threads = options.threads}},
+      [&](const v1::JobUpdate& update) {
+        const v1::FrameCounts& frames = update.job().frames();
+        progress.Set(static_cast<uint64_t>(frames.done() + frames.degraded() + frames.failed()),
+                     static_cast<uint64_t>(frames.total()));
+        for (const v1::FrameInfo& info : update.frames())
+          if (info.state() == v1::FRAME_STATE_FAILED && !quiet) progress.PrintLine(FrameLine(info, false));
       },
       stop);
 }

@@ -14,6 +14,7 @@
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/client/fetch_results.h"
 #include "services/tools/client/registration_client.h"
+#include "services/work/kinds/work_kind.h"
 
 namespace weft {
 namespace {
@@ -93,8 +94,8 @@ absl::Status Show(RegistrationClient& client, const Context& context) {
   }
   if (job.has_verdict()) PrintVerdict(job.verdict());
   PrintJob(job);
-  for (const v1::FrameInfo& frame : frames)
-    std::printf("%s\n", FrameLine(frame, job.spec().has_driving()).c_str());
+  const bool has_coverage = KindOf(job.spec()).has_coverage();
+  for (const v1::FrameInfo& frame : frames) std::printf("%s\n", FrameLine(frame, has_coverage).c_str());
   return absl::OkStatus();
 }
 

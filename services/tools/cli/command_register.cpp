@@ -18,15 +18,16 @@
 #include "services/results/evaluation/evaluate_job.h"
 #include "services/results/evaluation/evaluation_report.h"
 #include "services/studio/recording/session_file.h"
+#include "services/tools/cli/absolute_paths.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/job_view.h"
-#include "services/tools/cli/local_registration.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/remote_registration.h"
 #include "services/tools/cli/upload_inputs.h"
+#include "services/work/kinds/local_job.h"
 
 namespace weft {
 namespace {
@@ -142,7 +143,13 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::Registrati
     return absl::InvalidArgumentError(
         "--live: a daemon follows a take that is being recorded, so it needs --server HOST:PORT");
   }
-  if (options.server.empty()) return RegisterLocally(spec, options.limits, show, stop);
+  if (options.server.empty()) {
+    return RunLocalJob({.spec = spec,
+                        .recorded = WithAbsolutePaths(spec),
+                        .command = "weft register",
+                        .limits = options.limits},
+                       show, stop);
+  }
   std::optional<Progress> fetching;
   const auto fetched = [&](size_t done, size_t total) {
     if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));

@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/stage_keys.h"
 
 namespace weft {
@@ -53,11 +54,10 @@ const char* JobStateWord(v1::JobState state) {
   }
 }
 
-std::string FrameLine(const v1::FrameInfo& info, bool is_driven) {
+std::string FrameLine(const v1::FrameInfo& info, bool has_coverage) {
   std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info));
   if (info.state() == v1::FRAME_STATE_DONE || info.state() == v1::FRAME_STATE_DEGRADED) {
-    // An avatar follows what few cameras see: the share of cells says nothing of it.
-    if (!is_driven) absl::StrAppendFormat(&line, "  %5.1f %% of the cells", 100 * info.coverage());
+    if (has_coverage) absl::StrAppendFormat(&line, "  %5.1f %% of the cells", 100 * info.coverage());
     if (info.reused()) {
       absl::StrAppend(&line, "  kept from an earlier run");
     } else {
@@ -71,9 +71,9 @@ std::string FrameLine(const v1::FrameInfo& info, bool is_driven) {
 
 std::string JobSummary(const v1::Job& job) {
   const v1::FrameCounts& frames = job.frames();
-  std::string summary = absl::StrCat(frames.done() + frames.degraded(), " of ", frames.total(),
-                                     frames.total() == 1 ? " frame " : " frames ",
-                                     job.spec().has_driving() ? "driven" : "registered");
+  std::string summary =
+      absl::StrCat(frames.done() + frames.degraded(), " of ", frames.total(),
+                   frames.total() == 1 ? " frame " : " frames ", KindOf(job.spec()).done_word());
   if (frames.degraded() > 0) absl::StrAppend(&summary, " (", frames.degraded(), " with cameras missing)");
   if (frames.reused() > 0) absl::StrAppend(&summary, ", ", frames.reused(), " kept from an earlier run");
   if (frames.bridged() > 0) absl::StrAppend(&summary, ", ", frames.bridged(), " bridged");
@@ -98,8 +98,7 @@ absl::Status OutcomeOf(const v1::Job& job) {
   if (job.state() == v1::JOB_STATE_FAILED) return absl::InternalError(job.message());
   if (job.frames().failed() > 0) {
     return absl::InternalError(absl::StrCat(job.frames().failed(), " of ", job.frames().total(),
-                                            " frames could not be ",
-                                            job.spec().has_driving() ? "driven" : "registered",
+                                            " frames could not be ", KindOf(job.spec()).done_word(),
                                             "; the reasons are above and "
                                             "in the report"));
   }
@@ -110,7 +109,7 @@ JobView::JobView(bool quiet)
     : quiet_(quiet), progress_("register", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent) {}
 
 void JobView::Show(const v1::JobUpdate& update) {
-  is_driven_ = update.job().spec().has_driving();
+  has_coverage_ = KindOf(update.job().spec()).has_coverage();
   for (const v1::FrameInfo& info : update.frames()) {
     switch (info.state()) {
       case v1::FRAME_STATE_RUNNING:
@@ -139,7 +138,7 @@ void JobView::Announce(const v1::FrameInfo& info) {
       progress_.PrintLine(absl::StrCat("results of an earlier run are ", text));
     }
   }
-  if (!quiet_) progress_.PrintLine(FrameLine(info, is_driven_));
+  if (!quiet_) progress_.PrintLine(FrameLine(info, has_coverage_));
 }
 
 }  // namespace weft

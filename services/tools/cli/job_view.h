@@ -24,7 +24,7 @@ class JobView {
   void Announce(const v1::FrameInfo& info);
 
   const bool quiet_;
-  bool is_driven_ = false;
+  bool has_coverage_ = true;
   Progress progress_;
   std::map<std::string, double> share_of_running_;
   std::set<std::string> redone_;  // what was told of earlier results
@@ -34,11 +34,11 @@ class JobView {
 const char* JobStateWord(v1::JobState state);
 
 // "0007  degraded  93.2 % of the cells  1.8 s  (2 of 24 cameras have no usable image)"; without the cells
-// where an avatar drove the frame.
-std::string FrameLine(const v1::FrameInfo& info, bool is_driven);
+// of kinds of which they say nothing (WorkKind::has_coverage).
+std::string FrameLine(const v1::FrameInfo& info, bool has_coverage);
 
 // "10 of 12 frames registered (2 with cameras missing), 1 bridged, 1 failed". A bridged frame is no failed
-// one here: it failed, and has a mesh from the frames around it. Of jobs of an avatar: "driven".
+// one here: it failed, and has a mesh from the frames around it. Other kinds of jobs have their own word.
 std::string JobSummary(const v1::Job& job);
 
 // What decides the exit status: the verdict, or that it was cancelled.

@@ -28,7 +28,6 @@
 #include "services/studio/recording/take_verdict.h"
 #include "services/work/animation/camera_feed.h"
 #include "services/work/animation/drive_inputs.h"
-#include "services/work/animation/drive_take.h"
 #include "services/work/animation/driver_memory.h"
 #include "services/work/animation/frame_driver.h"
 #include "services/work/animation/live_feed.h"
@@ -39,6 +38,16 @@
 
 namespace weft {
 namespace {
+
+v1::Job NewDriveJob(const v1::RegistrationSpec& spec, const DriveInputs& inputs) {
+  v1::Job job;
+  job.set_id(absl::StrCat("local-", HostTime_ns() / 1'000'000'000));
+  *job.mutable_spec() = spec;
+  *job.mutable_inputs() = inputs.hashes;
+  job.mutable_warnings()->Add(inputs.warnings.begin(), inputs.warnings.end());
+  *job.mutable_driven() = DescribeDriving(spec, inputs);
+  return job;
+}
 
 // A writer that was killed lets go of the folder a moment later.
 constexpr std::chrono::seconds kLivePatience{2};

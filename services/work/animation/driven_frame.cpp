@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -163,14 +162,14 @@ absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const
   return status.ok() ? folder.Sync() : status;
 }
 
-absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job& job,
+absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const DriveInputs& inputs,
+                                                                  const DriveFrameList& list,
+                                                                  const v1::Job& job,
                                                                   const std::vector<v1::FrameInfo>& frames) {
   const v1::RegistrationSpec& spec = job.spec();
   const absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(spec.out());
   if (!base.ok() && !absl::IsNotFound(base.status())) return base.status();
-  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(spec));
-  WEFT_ASSIGN_OR_RETURN(const DriveFrameList list, ListDriveFrames(spec, *inputs));
-  const StageKeys keys = DriveKeys(spec, *inputs);
+  const StageKeys keys = DriveKeys(spec, inputs);
   std::map<std::string, size_t> index_of;
   for (size_t at = 0; at < list.size(); ++at) index_of.emplace(list.NameOf(at), list.indices[at]);
 

@@ -55,9 +55,10 @@ v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInpu
 absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const DrivenFrame& driven,
                          v1::FrameReport report, const std::string& out);
 
-// A FindIncomplete (services/work/job/job_folder.h) of jobs with spec.driving: as FindIncompleteFrames, and
-// each frame must follow the one before it.
-absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job& job,
+// As FindIncompleteFrames of a job with these inputs, and each frame must follow the one before it.
+absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const DriveInputs& inputs,
+                                                                  const DriveFrameList& list,
+                                                                  const v1::Job& job,
                                                                   const std::vector<v1::FrameInfo>& frames);
 
 }  // namespace weft

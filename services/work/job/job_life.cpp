@@ -121,13 +121,12 @@ void JobLife::Append(const std::vector<std::string>& frames) {
   job_.set_last_frame(frames.back());
 }
 
-void JobLife::StopFollowing() {
+void JobLife::StopFollowing(bool is_refined) {
   job_ = Describe();
   job_.mutable_live()->set_following(false);
   job_.mutable_live()->set_backlog(0);
   frames_.SetLive(std::nullopt);
-  // Driven frames have no neighbours to be refined by.
-  if (job_.spec().has_driving()) return;
+  if (!is_refined) return;
   for (size_t i = 0; i < frames_.infos().size(); ++i) {
     const v1::FrameInfo& info = frames_.infos()[i];
     // One that killed its workers would do so again.

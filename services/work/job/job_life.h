@@ -47,9 +47,9 @@ class JobLife {
   void Append(const std::vector<std::string>& frames);
   // The take will not grow any more, but tasks of the job run: no further ones begin.
   void HoldFrames() { frames_.SetLive(0); }
-  // The take has ended, and no task runs. Frames that were registered by themselves wait for their
-  // refinement, the others for their turn.
-  void StopFollowing();
+  // The take has ended, and no task runs. Where frames are refined by their neighbours, those that were
+  // computed by themselves wait for that; the others wait for their turn.
+  void StopFollowing(bool is_refined);
   void SetLatency(size_t position, double latency_s);
 
   // These frames wait again, since their results are not there or their inputs changed, of which a warning

@@ -19,7 +19,7 @@ const std::vector<JobInput>& AllInputs() {
       {"spec.rig", "the rig", v1::ITEM_KIND_RIG, true, ""},
       {"spec.board", "the board", v1::ITEM_KIND_BOARD, true, ""},
       {"spec.garment", "the template", v1::ITEM_KIND_TEMPLATE, true, ""},
-      {"spec.driving.avatar", "the avatar", v1::ITEM_KIND_AVATAR, true, ""},
+      {"spec.driving.avatar", "the avatar", v1::ITEM_KIND_AVATAR, false, ""},
       {"spec.options.scans", "the scans", v1::ITEM_KIND_UNSPECIFIED, false, ""},
       {"spec.options.starts", "the starts", v1::ITEM_KIND_UNSPECIFIED, false, ""},
       {"spec.dump", "the take", v1::ITEM_KIND_DUMP, true, ""},
@@ -51,9 +51,10 @@ std::string PathOf(const v1::RegistrationSpec& spec, const JobInput& input) {
 std::vector<JobInput> InputsOf(const v1::RegistrationSpec& spec) {
   std::vector<JobInput> inputs;
   for (const JobInput& input : AllInputs()) {
-    if (input.kind == v1::ITEM_KIND_AVATAR && !spec.has_driving()) continue;
+    std::string path = PathOf(spec, input);
+    if (input.kind == v1::ITEM_KIND_AVATAR && path.empty()) continue;
     inputs.push_back(input);
-    inputs.back().path = PathOf(spec, input);
+    inputs.back().path = std::move(path);
   }
   return inputs;
 }

@@ -18,7 +18,7 @@ struct JobInput {
   std::string path;  // may be empty
 };
 
-// Small files first, the recording last. There is an avatar where the job has one.
+// Small files first, the recording last. There is an avatar where the job names one.
 std::vector<JobInput> InputsOf(const v1::RegistrationSpec& spec);
 // Replaces the path of an input of `spec`.
 void SetInput(const JobInput& input, const std::string& path, v1::RegistrationSpec* spec);

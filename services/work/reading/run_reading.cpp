@@ -11,11 +11,9 @@
 #include "services/ground/confinement/confinement.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_verdict.h"
-#include "services/work/animation/driven_frame.h"
 #include "services/work/items/check_item.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/job_confinement.h"
-#include "services/work/pipeline/results_check.h"
-#include "services/work/reading/job_inputs.h"
 
 namespace weft {
 namespace {
@@ -50,7 +48,7 @@ Confinement FilesOf(const v1::Reading& reading) {
 }
 
 absl::Status ReadInputs(const v1::RegistrationSpec& spec, v1::ReadingAnswer& answer) {
-  WEFT_ASSIGN_OR_RETURN(LoadedInputs inputs, LoadJobInputs(spec));
+  WEFT_ASSIGN_OR_RETURN(const LoadedInputs inputs, ListInputs(spec));
   answer.mutable_frames()->Assign(inputs.frames.begin(), inputs.frames.end());
   *answer.mutable_hashes() = inputs.hashes;
   answer.mutable_warnings()->Assign(inputs.warnings.begin(), inputs.warnings.end());
@@ -60,9 +58,8 @@ absl::Status ReadInputs(const v1::RegistrationSpec& spec, v1::ReadingAnswer& ans
 
 absl::Status FindIncomplete(const v1::JobToRead& asked, v1::ReadingAnswer& answer) {
   const std::vector<v1::FrameInfo> frames(asked.frames().begin(), asked.frames().end());
-  WEFT_ASSIGN_OR_RETURN(const auto incomplete, asked.job().spec().has_driving()
-                                                   ? FindIncompleteDriven(asked.job(), frames)
-                                                   : FindIncompleteFrames(asked.job(), frames));
+  WEFT_ASSIGN_OR_RETURN(const auto incomplete,
+                        KindOf(asked.job().spec()).FindIncomplete(asked.job(), frames));
   for (const IncompleteFrame& frame : incomplete) {
     v1::ReadingAnswer::Incomplete& one = *answer.add_incomplete();
     one.set_position(static_cast<int64_t>(frame.position));

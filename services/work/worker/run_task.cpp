@@ -3,10 +3,8 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <system_error>
 #include <unordered_map>
@@ -17,17 +15,14 @@
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
-#include "services/work/animation/drive_frames.h"
-#include "services/work/animation/drive_inputs.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/job_confinement.h"
 #include "services/work/pipeline/registration.h"
-#include "services/work/pipeline/registration_inputs.h"
-#include "services/work/pipeline/scratch_frames.h"
 
 namespace weft {
 namespace {
 
-// Positions in the dump of the task's frames.
+// Positions of the task's frames among those of its job.
 absl::StatusOr<std::vector<size_t>> FindFrames(const v1::Task& task, const std::vector<std::string>& names) {
   std::unordered_map<std::string, size_t> position;
   for (size_t i = 0; i < names.size(); ++i) position.emplace(names[i], i);
@@ -62,42 +57,20 @@ void TellEvents(const std::function<void(const v1::WorkerEvent&)>& report, Regis
   };
 }
 
-// Frames of a job follow each other: all of its frames are known to whoever drives some of them.
-absl::Status DriveTaskFrames(const v1::Task& task, const RegistrationEvents& events,
-                             const std::stop_token& stop) {
-  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<DriveInputs> inputs, LoadDriveInputs(task.spec()));
-  WEFT_ASSIGN_OR_RETURN(const DriveFrameList list, ListDriveFrames(task.spec(), *inputs));
-  WEFT_ASSIGN_OR_RETURN(std::vector<size_t> frames, FindFrames(task, list.Names()));
-  std::sort(frames.begin(), frames.end());
-  return DriveFrames(task.spec(), *inputs, list, frames, task.spec().out(), task.threads(), events, stop);
-}
-
 bool WasRemoved(const UniqueFd& folder) {
   struct stat info;
   return folder.open() && fstat(folder.get(), &info) == 0 && info.st_nlink == 0;
 }
 
-absl::Status RegisterTaskFrames(const v1::Task& task, RegistrationEvents events, std::stop_token stop) {
-  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<RegistrationInputs> inputs, LoadInputs(task.spec()));
-  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, inputs->dump->frame_names());
-  if (!frames.ok()) return frames.status();
-  WEFT_ASSIGN_OR_RETURN(const std::vector<size_t> job_frames,
-                        FramesInRange(task.spec(), inputs->dump->frame_names()));
-  if (!task.scratch_folder().empty()) {
-    WEFT_ASSIGN_OR_RETURN(
-        std::unique_ptr<ScratchFrames> scratch,
-        ScratchFrames::Create(std::move(inputs->dump), inputs->rig.cameras.size(),
-                              {.folder = task.scratch_folder(),
-                               .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20}));
-    events.reads = [&frames = *frames, copies = scratch.get()](size_t index) {
-      const auto at = std::find(frames.begin(), frames.end(), index);
-      const bool is_last = at == frames.end() || at + 1 == frames.end();
-      return copies->Hold(index, is_last ? std::nullopt : std::optional<size_t>(at[1]));
-    };
-    inputs->dump = std::move(scratch);
-  }
-  return RegisterFrames(*inputs, job_frames, *frames, task.spec().options(), task.spec().out(),
-                        {.threads = task.threads()}, events, std::move(stop));
+absl::Status RunFrames(const v1::Task& task, const RegistrationEvents& events, const std::stop_token& stop) {
+  WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<Work> work,
+                        KindOf(task.spec()).Load(task.spec(), WorkKind::LoadFor::kTask));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<size_t> frames, FindFrames(task, work->inputs().frames));
+  const WorkPlace place = {.out = task.spec().out(),
+                           .limits = {.threads = task.threads()},
+                           .scratch_folder = task.scratch_folder(),
+                           .scratch_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20};
+  return work->Run(frames, place, events, stop);
 }
 
 absl::Status Run(const v1::Task& task, const UniqueFd& out,
@@ -107,8 +80,7 @@ absl::Status Run(const v1::Task& task, const UniqueFd& out,
   if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
   RegistrationEvents events;
   TellEvents(report, events);
-  const absl::Status done = task.spec().has_driving() ? DriveTaskFrames(task, events, stop)
-                                                      : RegisterTaskFrames(task, events, stop);
+  const absl::Status done = RunFrames(task, events, stop);
   if (done.ok() || !WasRemoved(out)) return done;
   return absl::CancelledError(
       absl::StrCat(task.spec().out(), ": was removed, so this worker may write nowhere; the next one may"));

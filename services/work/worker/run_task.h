@@ -17,10 +17,10 @@ namespace weft {
 absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
                                        const std::function<void(const v1::WorkerEvent&)>& report);
 
-// Registers the task's frames, or drives them (spec.driving), and reports every event; calls never overlap.
+// Computes the task's frames and reports every event; calls never overlap.
 // An error is reported as the last event, too. InvalidArgument names a field of the task. Cancelled: `out`,
-// the folder that ConfineToTask returned, was removed. Otherwise the errors of LoadInputs and RegisterFrames,
-// or of LoadDriveInputs and DriveFrames.
+// the folder that ConfineToTask returned, was removed. Otherwise the errors of WorkKind::Load and
+// Work::Run.
 absl::Status RunTask(const v1::Task& task, const UniqueFd& out,
                      const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop);
 

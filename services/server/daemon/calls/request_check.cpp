@@ -1,7 +1,6 @@
 #include "services/server/daemon/calls/request_check.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -10,6 +9,7 @@
 #include "services/formats/options/presets.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/server/rpc/error_detail.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/job_input.h"
 
 namespace weft {
@@ -20,7 +20,7 @@ constexpr size_t kMaxNameBytes = 255, kMaxNotesBytes = 4096;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
 constexpr int kUsualLimit = 100, kMostLimit = 1000;  // of a list
-constexpr int kMostLiveEvery = 1'000'000, kMostCameras = 1000;
+constexpr int kMostLiveEvery = 1'000'000;
 
 absl::Status Invalid(const std::string& field, const std::string& why, const std::string& remedy = "") {
   return FieldError(absl::StatusCode::kInvalidArgument, {field, why, remedy});
@@ -61,24 +61,12 @@ absl::Status CheckLive(const v1::RegistrationSpec& spec) {
   return absl::OkStatus();
 }
 
-absl::Status CheckDriving(const v1::RegistrationSpec& spec) {
-  if (!spec.has_driving()) return absl::OkStatus();
-  const v1::DrivingSpec& driving = spec.driving();
+// What the kind of the job asks for.
+absl::Status CheckKind(const v1::RegistrationSpec& spec) {
+  if (const auto fault = KindOf(spec).FaultOf(spec)) return Invalid(fault->field, fault->why, fault->remedy);
   absl::Status status;
-  if (driving.cameras_size() > kMostCameras)
-    status.Update(Invalid("spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
-                          absl::StrCat("at most ", kMostCameras, " are allowed")));
-  for (const std::string& camera : driving.cameras())
+  for (const std::string& camera : spec.driving().cameras())
     status.Update(CheckText("spec.driving.cameras", camera, kMaxNameBytes));
-  if (!(driving.fps() >= 0) || !std::isfinite(driving.fps()))
-    status.Update(
-        Invalid("spec.driving.fps", "is no number of frames per second", "give 0 for the avatar's"));
-  if (spec.live_every() > 1)
-    status.Update(Invalid("spec.live_every", absl::StrCat("is ", spec.live_every(), " with spec.driving"),
-                          "give 1: every frame is driven from the one before"));
-  if (!spec.options().scans().empty() || !spec.options().starts().empty())
-    status.Update(
-        Invalid("spec.options", "names scans or starts", "an avatar needs neither; leave them out"));
   return status;
 }
 
@@ -110,7 +98,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   for (const auto& status :
        {CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
         CheckKey(request.idempotency_key()), CheckPriority(request.priority()), CheckRange(spec),
-        CheckLive(spec), CheckDriving(spec),
+        CheckLive(spec), CheckKind(spec),
         CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),

@@ -18,6 +18,7 @@
 #include "services/server/retention/retention_plan.h"
 #include "services/work/items/check_item.h"
 #include "services/work/job/job_folder.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/slurm/slurm_options.h"
 #include "weft/v1/job.pb.h"
 
@@ -58,7 +59,7 @@ struct DaemonOptions {
   bool reads_in_processes = false;
 
   // Reads the inputs of a job, computes its verdict once it has ended, and writes its report.
-  InputsLoader load_inputs = LoadJobInputs;
+  InputsLoader load_inputs = ListInputs;
   JobEndings endings;
   // Of what clients upload to the library.
   ItemCheck check_item = CheckItemContent;

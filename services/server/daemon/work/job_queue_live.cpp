@@ -9,6 +9,7 @@
 #include "capture/take/take_progress.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "services/server/daemon/work/job_queue_state.h"
+#include "services/work/kinds/work_kind.h"
 
 namespace weft {
 namespace {
@@ -89,7 +90,7 @@ void JobQueue::AddFrames(const std::shared_ptr<LiveJob>& live, const TakeProgres
 
 void JobQueue::StopFollowingIfIdle(const std::shared_ptr<LiveJob>& live) {
   if (!live->life.following() || !live->take_closed || live->life.ends_early() || HasTasks(*live)) return;
-  live->life.StopFollowing();
+  live->life.StopFollowing(KindOf(live->job().spec()).is_refined_later());
   spdlog::info("job {}: its take has ended with {} frame sets", live->job().id(), live->infos().size());
   ++live->version;
   SaveAll(*live);

@@ -10,6 +10,7 @@
 #include "services/ground/process/no_threads.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "services/server/daemon/work/job_queue_state.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/frame_files.h"
 #include "services/work/pipeline/stage_keys.h"
 
@@ -56,8 +57,9 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   const TaskShape shape = executor_->shape();
   const ChunkLimits limits = {.least = static_cast<size_t>(shape.least_frames),
                               .most = static_cast<size_t>(shape.most_frames)};
-  running->positions = job->job().spec().has_driving() ? job->life.frames().TakeAll()
-                                                       : job->life.frames().TakeChunk(shape.parallel, limits);
+  running->positions = KindOf(job->job().spec()).order() == WorkKind::Order::kInSequence
+                           ? job->life.frames().TakeAll()
+                           : job->life.frames().TakeChunk(shape.parallel, limits);
   v1::Task task;
   task.set_id(absl::StrCat(job->job().id(), ".", next_task_++));
   task.set_job_id(job->job().id());

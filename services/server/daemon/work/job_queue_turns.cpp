@@ -7,6 +7,7 @@
 #include "services/server/callers/owners.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "services/server/daemon/work/job_queue_state.h"
+#include "services/work/kinds/work_kind.h"
 
 namespace weft {
 
@@ -44,8 +45,7 @@ std::shared_ptr<JobQueue::LiveJob> JobQueue::NextJob(const std::set<std::string>
 bool JobQueue::MayBeginTask(const LiveJob& job) const {
   if (job.ended || job.life.ends_early() || job.checking || job.start_again) return false;
   if ((job.life.following() && !job.take_settled) || !job.life.frames().HasWaiting()) return false;
-  // Driven frames follow each other, so that one worker at a time has them.
-  return !job.job().spec().has_driving() || !HasTasks(job);
+  return KindOf(job.job().spec()).order() == WorkKind::Order::kApart || !HasTasks(job);
 }
 
 }  // namespace weft

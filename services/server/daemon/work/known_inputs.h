@@ -14,7 +14,7 @@
 #include "absl/status/statusor.h"
 #include "services/server/callers/turn_gate.h"
 #include "services/server/daemon/work/input_stamps.h"
-#include "services/work/reading/job_inputs.h"
+#include "services/work/kinds/work_kind.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {

@@ -20,8 +20,8 @@
 #include "services/server/daemon/work/take_input.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/studio/recorder/recorder_process.h"
-#include "services/work/animation/drive_inputs.h"
 #include "services/work/items/item_words.h"
+#include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/output_folder.h"
 #include "services/work/pipeline/result_lock.h"
@@ -213,9 +213,8 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   job.set_priority(request.priority());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
-  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions options, request.spec().has_driving()
-                                                             ? EffectiveDriveOptions(request.spec().options())
-                                                             : EffectiveOptions(request.spec().options()));
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions options,
+                        KindOf(request.spec()).Effective(request.spec().options()));
   *job.mutable_spec()->mutable_options() = std::move(options);
   WEFT_RETURN_IF_ERROR(ResolveItems(places.library, &prepared));
   WEFT_RETURN_IF_ERROR(CanonicalizeInputs(places.policy, takes_folder, job));

@@ -19,11 +19,11 @@ v1::FrameInfo DoneFrame(double coverage) {
 }
 
 TEST(FrameLine, SaysWhatWasObservedOfRegisteredFrames) {
-  EXPECT_EQ(FrameLine(DoneFrame(0.932), false), "0007    done        93.2 % of the cells     1.8 s");
+  EXPECT_EQ(FrameLine(DoneFrame(0.932), true), "0007    done        93.2 % of the cells     1.8 s");
 }
 
 TEST(FrameLine, DrivenFramesHaveNoShareOfCells) {
-  EXPECT_EQ(FrameLine(DoneFrame(0), true), "0007    done          1.8 s");
+  EXPECT_EQ(FrameLine(DoneFrame(0), false), "0007    done          1.8 s");
 }
 
 TEST(JobSummary, NamesWhatWasDone) {

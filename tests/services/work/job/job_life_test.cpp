@@ -191,7 +191,7 @@ TEST(JobLife, FollowsATakeThatGrows) {
   life.HoldFrames();
   life.Append({"h", "i"});
   EXPECT_FALSE(life.frames().HasWaiting());
-  life.StopFollowing();
+  life.StopFollowing(true);
   EXPECT_FALSE(life.following());
   EXPECT_EQ(life.Describe().frames().waiting(), 9) << "those that are done are to be refined";
   EXPECT_EQ(life.frames().infos()[4].latency_s(), 1.5);
@@ -199,10 +199,9 @@ TEST(JobLife, FollowsATakeThatGrows) {
   EXPECT_EQ(life.frames().TakeChunk(1).front(), 0u);
 }
 
-TEST(JobLife, DrivenFramesOfATakeThatGrowsAreDoneOnce) {
+TEST(JobLife, FramesThatNoneRefinesAreDoneOnce) {
   v1::Job spec = NewJob();
   spec.mutable_spec()->set_live_every(1);
-  spec.mutable_spec()->mutable_driving();
   JobLife life(spec, std::vector<std::string>{"a", "b"});
   EXPECT_THAT(life.frames().TakeAll(), ElementsAre(0, 1));
   for (const size_t position : {0, 1}) {
@@ -211,7 +210,7 @@ TEST(JobLife, DrivenFramesOfATakeThatGrowsAreDoneOnce) {
   }
   life.Append({"c"});
   life.HoldFrames();
-  life.StopFollowing();
+  life.StopFollowing(false);
   EXPECT_EQ(life.Describe().frames().done(), 2);
   EXPECT_THAT(life.frames().TakeAll(), ElementsAre(2));
 }

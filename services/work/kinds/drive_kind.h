@@ -1,0 +1,28 @@
+// Driving a take by an avatar (services/work/animation).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/work/kinds/work_kind.h"
+
+namespace weft {
+
+class DriveKind : public WorkKind {
+ public:
+  std::string name() const override { return "drive"; }
+  std::string done_word() const override { return "driven"; }
+  Order order() const override { return Order::kInSequence; }
+  bool is_refined_later() const override { return false; }
+  bool has_coverage() const override { return false; }
+  std::optional<Fault> FaultOf(const v1::RegistrationSpec& spec) const override;
+  absl::StatusOr<v1::RegistrationOptions> Effective(const v1::RegistrationOptions& asked) const override;
+  absl::StatusOr<std::unique_ptr<Work>> Load(const v1::RegistrationSpec& spec,
+                                             LoadFor purpose) const override;
+  absl::StatusOr<std::vector<IncompleteFrame>> FindIncomplete(
+      const v1::Job& job, const std::vector<v1::FrameInfo>& frames) const override;
+};
+
+}  // namespace weft

@@ -1,0 +1,28 @@
+// Registering the frames of a take (services/work/pipeline).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/work/kinds/work_kind.h"
+
+namespace weft {
+
+class RegisterKind : public WorkKind {
+ public:
+  std::string name() const override { return "register"; }
+  std::string done_word() const override { return "registered"; }
+  Order order() const override { return Order::kApart; }
+  bool is_refined_later() const override { return true; }
+  bool has_coverage() const override { return true; }
+  std::optional<Fault> FaultOf(const v1::RegistrationSpec&) const override { return std::nullopt; }
+  absl::StatusOr<v1::RegistrationOptions> Effective(const v1::RegistrationOptions& asked) const override;
+  absl::StatusOr<std::unique_ptr<Work>> Load(const v1::RegistrationSpec& spec,
+                                             LoadFor purpose) const override;
+  absl::StatusOr<std::vector<IncompleteFrame>> FindIncomplete(
+      const v1::Job& job, const std::vector<v1::FrameInfo>& frames) const override;
+};
+
+}  // namespace weft
