@@ -23,7 +23,9 @@ from studio import StudioTest, read, results, weft, write
 
 DATA = os.path.join(os.environ["WEFT_SOURCE"], "tests", "data", "algorithms")
 HASHES = os.path.join(DATA, "hashes.json")
-STAGES = ["decode", "triangulate", "second_pass", "align", "refine"]
+STAGES = ["decode", "triangulate", "second_pass", "align", "refine", "drive"]
+# Where what a stage computes depends on fewer than all stages above it.
+DEPENDS_ON = {"drive": {"decode", "drive"}}
 FORMATS = {"float": "f", "double": "d", "int": "i", "uint": "I", "uchar": "B", "char": "b", "short": "h", "ushort": "H"}
 # What a stage decides; further columns and properties may be added without being a change of results.
 CSV_COLUMNS = ["image", "x_px", "y_px", "board_row", "board_col", "kind", "confidence", "sigma_px"]
@@ -59,21 +61,38 @@ def hash_of(out, file):
     return digest.hexdigest()[:16]
 
 
+def unpack(folder):
+    """The take and an avatar of its garment. recipe.txt in each says how it was made."""
+    for name in ("take", "avatar"):
+        if not os.path.exists(os.path.join(folder, name)):
+            with tarfile.open(os.path.join(DATA, f"{name}.tar.xz")) as archive:
+                archive.extractall(os.path.join(folder, name))
+
+
+def drive(folder, out, **keywords):
+    take = os.path.join(folder, "take")
+    return weft("avatar", "drive", take, "--avatar", f"{folder}/avatar/tube.avatar", "--rig", f"{take}/rig.json", "--board",
+                f"{take}/board.json", "--template", f"{take}/template", "--out", out, check=0, **keywords)
+
+
 def measure(folder, instructions):
     """Version and hash of every stage, with kernels of these instructions at the most."""
-    take, once, twice = (os.path.join(folder, name) for name in ("take", f"once {instructions}", f"twice {instructions}"))
-    if not os.path.exists(take):
-        with tarfile.open(os.path.join(DATA, "take.tar.xz")) as archive:
-            archive.extractall(take)
+    take, once, twice, driven = (os.path.join(folder, name) for name in (
+        "take", f"once {instructions}", f"twice {instructions}", f"driven {instructions}"))
+    unpack(folder)
     environment = {**os.environ, "WEFT_INSTRUCTIONS": instructions}
     for out, more in ((once, ["--single-pass"]), (twice, [])):
         weft("register", take, "--rig", f"{take}/rig.json", "--board", f"{take}/board.json", "--template",
              f"{take}/template", "--out", out, "--observations", *more, check=0, env=environment)
+    drive(folder, driven, env=environment)
     hashes = {"decode": hash_of(once, "observations.csv"), "triangulate": hash_of(once, "cloud.ply"),
               "second_pass": hash_of(twice, "observations.csv") + hash_of(twice, "cloud.ply"),
-              "align": hash_of(twice, "unrefined.ply"), "refine": hash_of(twice, "mesh.ply")}
-    report = json.loads(read(f"{twice}/0001/report.json"))
-    versions = {key["stage"]: key["version"] for key in report["keys"]}
+              "align": hash_of(twice, "unrefined.ply"), "refine": hash_of(twice, "mesh.ply"),
+              "drive": hash_of(driven, "mesh.ply")}
+    versions = {}
+    for out in (twice, driven):
+        report = json.loads(read(f"{out}/0001/report.json"))
+        versions |= {key["stage"]: key["version"] for key in report["keys"]}
     return {stage: {"version": versions[stage], "hash": hashes[stage]} for stage in STAGES}
 
 
@@ -81,11 +100,12 @@ def complaint(committed, measured):
     """What is to be done about results that are not those of the committed hashes; empty where they are."""
     how = ("then write the new hashes with `WEFT_BIN=build/dev/bin WEFT_SOURCE=. python3 tests/system/algorithms_test.py --write` "
            "and add a line to CHANGELOG.md")
-    raised = False
+    raised = set()
     for stage in STAGES:
-        was, now = committed[stage], measured[stage]
-        raised = raised or was["version"] != now["version"]
-        if was["hash"] != now["hash"] and not raised:
+        was, now = committed.get(stage, {}), measured[stage]
+        if was.get("version") != now["version"]:
+            raised.add(stage)
+        if was.get("hash") != now["hash"] and not raised & DEPENDS_ON.get(stage, raised):
             return (f"the results of {stage} changed, and its version is still {now['version']}. If that is wanted, raise the "
                     f"version of {stage} in services/work/pipeline/algorithm_versions.h, so that resumed jobs do not mix results; "
                     f"{how}.")
@@ -106,16 +126,19 @@ class Hashes(unittest.TestCase):
     def test_complaints_name_the_first_stage_and_what_to_do(self):
         def of(versions, hashes):
             return {stage: {"version": v, "hash": h} for stage, v, h in zip(STAGES, versions, hashes)}
-        before = of([1, 1, 1, 1, 1], "abcde")
+        before = of([1, 1, 1, 1, 1, 1], "abcdef")
         self.assertEqual(complaint(before, before), "")
-        text = complaint(before, of([1, 1, 1, 1, 1], "abcxy"))
+        text = complaint(before, of([1, 1, 1, 1, 1, 1], "abcxyf"))
         self.assertIn("the results of align changed, and its version is still 1", text)
         self.assertIn("algorithm_versions.h", text)
         self.assertIn("--write", text)
         self.assertIn("CHANGELOG.md", text)
         # What follows from a stage with a new version may change, what comes before may not.
-        self.assertIn("a version was raised", complaint(before, of([1, 2, 1, 1, 1], "avwxy")))
-        self.assertIn("results of decode changed", complaint(before, of([1, 2, 1, 1, 1], "uvwxy")))
+        self.assertIn("a version was raised", complaint(before, of([1, 2, 1, 1, 1, 1], "avwxyf")))
+        self.assertIn("a version was raised", complaint(before, of([2, 1, 1, 1, 1, 1], "uvwxyz")))
+        # Driving depends on decoding alone.
+        self.assertIn("results of drive changed", complaint(before, of([1, 2, 1, 1, 1, 1], "avwxyz")))
+        self.assertIn("results of decode changed", complaint(before, of([1, 2, 1, 1, 1, 1], "uvwxyf")))
 
 
 class Resume(StudioTest):
@@ -178,6 +201,45 @@ class Resume(StudioTest):
         fresh = self.path("fresh")
         self.register(*other, check=0, out=fresh)
         self.assertEqual(results(self.out), results(fresh))
+
+
+class DriveResume(unittest.TestCase):
+    """A drive that is resumed starts again where decoding or driving has another version than before."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft algorithms ")
+        self.addCleanup(folder.cleanup)
+        self.folder, self.out = folder.name, os.path.join(folder.name, "driven")
+        unpack(self.folder)
+        drive(self.folder, self.out)
+        self.frames = sorted(name for name in os.listdir(self.out) if name.isdigit())
+
+    def reports(self):
+        return {frame: json.loads(read(f"{self.out}/{frame}/report.json")) for frame in self.frames}
+
+    def written(self):
+        return {frame: os.stat(f"{self.out}/{frame}/mesh.ply").st_mtime_ns for frame in self.frames}
+
+    def test_keys_name_all_stages_whose_code_ran(self):
+        for frame, report in self.reports().items():
+            keys = {key["stage"] for key in report["keys"]}
+            self.assertEqual(keys, {"decode", "drive"}, frame)
+            self.assertLessEqual({time["stage"] for time in report["stages"]}, keys, frame)
+
+    def test_starts_again_over_another_version(self):
+        whole, before = hash_of(self.out, "mesh.ply"), self.written()
+        drive(self.folder, self.out)
+        self.assertEqual(self.written(), before, "frames of the same versions are kept")
+        for stage in ("decode", "drive"):
+            for frame, report in self.reports().items():
+                key = next(key for key in report["keys"] if key["stage"] == stage)
+                key["version"] -= 1
+                write(f"{self.out}/{frame}/report.json", json.dumps(report))
+            drive(self.folder, self.out)
+            after = self.written()
+            self.assertFalse([frame for frame in self.frames if after[frame] == before[frame]], stage)
+            self.assertEqual(hash_of(self.out, "mesh.ply"), whole)
+            before = after
 
 
 def write_hashes():

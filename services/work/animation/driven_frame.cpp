@@ -13,6 +13,7 @@
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/observations_file.h"
 #include "services/work/animation/driver_memory.h"
+#include "services/work/pipeline/algorithm_versions.h"
 #include "services/work/pipeline/frame_folder.h"
 #include "services/work/pipeline/moved_views.h"
 #include "services/work/pipeline/stage_reports.h"
@@ -20,8 +21,6 @@
 namespace weft {
 namespace {
 
-// Raised when the same inputs give other results, or their reports tell other things of the driver.
-constexpr int kDriveVersion = 8;
 constexpr char kDriveStage[] = "drive";
 
 std::string MissingText(int missing, size_t views) {

@@ -28,4 +28,8 @@ constexpr int AlgorithmVersion(Stage stage) {
   return kVersions[static_cast<int>(stage)];
 }
 
+// Of driving by an avatar (services/work/animation): raised when the same inputs give other results, or their
+// reports tell other things of the driver. Decoding has its own.
+inline constexpr int kDriveVersion = 8;
+
 }  // namespace weft

@@ -79,8 +79,8 @@ TEST(WorkKind, DrivingTakesOptionsOfDecodingAlone) {
   const auto registering = KindOf(Registering()).Effective(asked),
              driving = KindOf(WithAvatar()).Effective(asked);
   ASSERT_TRUE(registering.ok() && driving.ok());
-  EXPECT_TRUE(registering->pipeline().has_align());
-  EXPECT_FALSE(driving->pipeline().has_align());
+  EXPECT_TRUE(registering->pipeline().has_alignment());
+  EXPECT_FALSE(driving->pipeline().has_alignment());
   EXPECT_TRUE(driving->pipeline().has_decode());
   asked.set_preset("fastest");
   EXPECT_EQ(KindOf(WithAvatar()).Effective(asked).status().code(), absl::StatusCode::kInvalidArgument);
