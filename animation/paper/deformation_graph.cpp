@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "animation/shape/edge_ways.h"
+#include "animation/shape/edge_vectors.h"
 #include "base/status_macros.h"
 
 namespace weft {

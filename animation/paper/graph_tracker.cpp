@@ -53,7 +53,7 @@ std::vector<double> GraphTracker::Weigh(const std::vector<VertexRay>& rays,
   std::vector<double> off(rays.size()), out(rays.size());
   int views = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
-    off[i] = rays[i].WayTo(points[i]).norm() / options_.spread_mm;
+    off[i] = rays[i].OffsetTo(points[i]).norm() / options_.spread_mm;
     views = std::max(views, rays[i].view + 1);
   }
   const double misfit = std::max(1.0, Median(off) / kMedianAcross);
@@ -96,7 +96,7 @@ void GraphTracker::Improve(const std::vector<VertexRay>& rays, int steps, Fit* f
       }
       rows.block(at, 6, 2, latents) =
           (turn.transpose() * across).transpose() * VelocityOf(graph_, rays[i].vertex, motions, velocities);
-      left.segment<2>(at) = across.transpose() * rays[i].WayTo(points[i]);
+      left.segment<2>(at) = across.transpose() * rays[i].OffsetTo(points[i]);
     }
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
     normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
@@ -140,7 +140,7 @@ double GraphTracker::AgreeingShare(const std::vector<VertexRay>& rays, const Gra
   const std::vector<Eigen::Vector3d> points = PointsOf(rays, state);
   double agreeing = 0;
   for (size_t i = 0; i < rays.size(); ++i)
-    agreeing += rays[i].WayTo(points[i]).norm() <= options_.agreeing_mm ? 1 : 0;
+    agreeing += rays[i].OffsetTo(points[i]).norm() <= options_.agreeing_mm ? 1 : 0;
   return rays.empty() ? 0 : agreeing / static_cast<double>(rays.size());
 }
 

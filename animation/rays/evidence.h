@@ -29,7 +29,7 @@ struct VertexRay {
   double focal_px = 1;   // of its camera
 
   // From a point to the nearest one of the ray.
-  Eigen::Vector3d WayTo(const Eigen::Vector3d& point_mm) const {
+  Eigen::Vector3d OffsetTo(const Eigen::Vector3d& point_mm) const {
     const Eigen::Vector3d way = origin_mm - point_mm;
     return way - direction * direction.dot(way);
   }

@@ -28,7 +28,7 @@ std::vector<double> DistancesToOthers(const MeshGraph& graph, const std::vector<
     std::fill(ray_of.begin(), ray_of.end(), -1);
     for (size_t i = 0; i < rays.size(); ++i) {
       if (rays[i].view != view) continue;
-      way[rays[i].vertex] = rays[i].WayTo(position_mm[rays[i].vertex]);
+      way[rays[i].vertex] = rays[i].OffsetTo(position_mm[rays[i].vertex]);
       ray_of[rays[i].vertex] = static_cast<int>(i);
     }
     for (int v = 0; v < graph.vertices; ++v) {

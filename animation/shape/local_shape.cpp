@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "absl/status/status.h"
-#include "animation/shape/edge_ways.h"
+#include "animation/shape/edge_vectors.h"
 
 namespace weft {
 namespace {
@@ -164,7 +164,7 @@ double LocalShape::Step(const std::vector<VertexRay>& rays, const std::vector<do
   for (size_t i = 0; i < rays.size(); ++i) {
     const VertexRay& ray = rays[i];
     const Eigen::Vector3d turned = rotation * points[i];
-    const Eigen::Vector3d way = ray.WayTo(turned + state->root.translation());
+    const Eigen::Vector3d way = ray.OffsetTo(turned + state->root.translation());
     const Eigen::Vector3d first = ray.direction.unitOrthogonal();
     const Eigen::Vector3d across[2] = {first, ray.direction.cross(first)};
     const auto ways = WaysOf(ray.vertex);

@@ -42,7 +42,7 @@ std::vector<double> Misfits(const ShapeRegions& regions, const std::vector<Verte
   std::vector<double> off(rays.size());  // squared, per axis
   for (size_t i = 0; i < rays.size(); ++i) {
     const int v = rays[i].vertex;
-    off[i] = rays[i].WayTo(carrier_mm[v]).squaredNorm() / (2.0 * left_mm[v] * left_mm[v]);
+    off[i] = rays[i].OffsetTo(carrier_mm[v]).squaredNorm() / (2.0 * left_mm[v] * left_mm[v]);
   }
   const auto count = static_cast<double>(rays.size());
   const double most = kMostOff * kMostOff * Median(off);

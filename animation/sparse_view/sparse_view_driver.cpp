@@ -30,7 +30,7 @@ std::vector<CameraBias> BiasesOf(const std::vector<VertexRay>& rays,
   std::vector<CameraBias> out(camera_at.size());
   for (const VertexRay& ray : rays) {
     const Eigen::Vector3d& at = carrier_mm[ray.vertex];
-    const Eigen::Vector3d way = camera_at[ray.view]->rotation * ray.WayTo(at);
+    const Eigen::Vector3d way = camera_at[ray.view]->rotation * ray.OffsetTo(at);
     const Eigen::Vector2d off_px = way.head<2>() / (at - ray.origin_mm).norm() * ray.focal_px;
     CameraBias& bias = out[ray.view];
     ++bias.observations;
@@ -170,7 +170,7 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   std::vector<double> residuals;
   for (const VertexRay& ray : rays) {
     const Eigen::Vector3d& at = out.mesh.vertices_mm[ray.vertex];
-    residuals.push_back(ray.WayTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
+    residuals.push_back(ray.OffsetTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
   }
   std::vector<const CameraModel*> camera_at(views.size());
   for (size_t k = 0; k < views.size(); ++k) camera_at[places[k]] = views[k].camera;

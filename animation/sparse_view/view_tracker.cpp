@@ -98,7 +98,7 @@ std::vector<double> ViewTracker::Weigh(const std::vector<VertexRay>& rays, const
   for (size_t i = 0; i < rays.size(); ++i) {
     const Eigen::Vector3d at = state.root * points[i];
     spread[i] = std::hypot(static_cast<double>(left_mm_[rays[i].vertex]), rays[i].SigmaMm(at), kLeastSpread);
-    off[i] = rays[i].WayTo(at).norm() / spread[i];
+    off[i] = rays[i].OffsetTo(at).norm() / spread[i];
     views = std::max(views, rays[i].view + 1);
   }
   const double misfit = std::max(1.0, Median(off) / kMedianAcross);
@@ -148,7 +148,7 @@ double ViewTracker::AgreeingShare(const std::vector<VertexRay>& rays, const Shap
   int agreeing = 0;
   const std::vector<Eigen::Vector3d> points = shape_.PointsOf(rays, state);
   for (size_t i = 0; i < rays.size(); ++i) {
-    agreeing += rays[i].WayTo(state.root * points[i]).norm() <= options_.agreeing_size * size_mm_ ? 1 : 0;
+    agreeing += rays[i].OffsetTo(state.root * points[i]).norm() <= options_.agreeing_size * size_mm_ ? 1 : 0;
   }
   return rays.empty() ? 0 : static_cast<double>(agreeing) / static_cast<double>(rays.size());
 }

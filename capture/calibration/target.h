@@ -32,7 +32,6 @@ struct TagBoard {
   double gap_mm = 0;
   std::vector<int> tag_ids;  // [rows * cols], row by row
 
-  int corner_count() const { return 4 * rows * cols; }
   bool operator==(const TagBoard&) const = default;
   double width_mm() const { return cols * tag_mm + (cols - 1) * gap_mm; }
   double height_mm() const { return rows * tag_mm + (rows - 1) * gap_mm; }

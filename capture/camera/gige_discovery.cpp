@@ -62,8 +62,8 @@ bool IsControlled(const std::string& address) {
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return false;
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return false;
-  constexpr timeval kPatience{0, 250'000};
-  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  constexpr timeval kAnswerTimeout{0, 250'000};
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &kAnswerTimeout, sizeof kAnswerTimeout);
   bool controlled = false;
   if (connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) {
     for (int tries = 0; tries < 2; ++tries) {

@@ -31,7 +31,6 @@ class GigePresence {
   void Look(Clock::time_point now);
   // Asks now; the answer shows in a later Look.
   void Ask(Clock::time_point now);
-  Clock::time_point last_heard() const { return last_heard_; }
   bool IsSilent(Clock::time_point now) const { return unanswered_ > 1 && now - last_heard_ >= kSilentAfter; }
   bool IsGone(Clock::time_point now) const {
     return unanswered_ >= kAskedUntilGone && now - last_heard_ >= kGoneAfter;

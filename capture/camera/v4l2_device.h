@@ -12,8 +12,7 @@
 
 namespace weft {
 
-// The format of a code of V4L2 (a "fourcc"), and back; 0 and nothing where the other side does not have it.
-uint32_t V4l2CodeOf(RawFormat format);
+// The format of a code of V4L2 (a "fourcc"). InvalidArgument: none that we know.
 absl::StatusOr<RawFormat> RawFormatOfV4l2(uint32_t code);
 // As V4L2 writes its codes: "YUYV", "Y10 ".
 std::string V4l2CodeText(uint32_t code);

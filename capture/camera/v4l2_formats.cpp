@@ -44,12 +44,6 @@ constexpr std::array kCodes = {
 
 }  // namespace
 
-uint32_t V4l2CodeOf(RawFormat format) {
-  for (const auto& [known, code] : kCodes)
-    if (known == format) return code;
-  return 0;
-}
-
 absl::StatusOr<RawFormat> RawFormatOfV4l2(uint32_t code) {
   if (code == V4L2_PIX_FMT_JPEG) return RawFormat::kMotionJpeg;
   for (const auto& [format, known] : kCodes)

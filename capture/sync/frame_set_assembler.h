@@ -145,8 +145,8 @@ class FrameSetAssembler {
   void PlaceHeld(size_t camera, int64_t host_time_ns, AssembledSets& out, int64_t jump_ns = 0);
   void PlaceAnew(size_t camera, int64_t host_time_ns, AssembledSets& out);
   void EndHolding(int64_t host_time_ns, AssembledSets& out);
-  void SetAside(size_t camera, int64_t time_ns, const std::string& cause, int64_t host_time_ns,
-                AssembledSets& out);
+  void Quarantine(size_t camera, int64_t time_ns, const std::string& cause, int64_t host_time_ns,
+                  AssembledSets& out);
   void NoteInStep(size_t camera, int64_t host_time_ns, AssembledSets& out);
   void NoteAfterClosing(size_t camera, uint64_t id, int64_t host_time_ns, AssembledSets& out);
   bool IsAhead(const OpenSet& set, int64_t host_time_ns) const;

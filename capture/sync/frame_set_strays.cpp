@@ -67,12 +67,12 @@ void FrameSetAssembler::EndHolding(int64_t host_time_ns, AssembledSets& out) {
     }
     state.is_hold_over = true;
     for (; !state.held.empty(); state.held.pop_front())
-      SetAside(camera, host_time_ns, "the times of its frames contradict their arrival", host_time_ns, out);
+      Quarantine(camera, host_time_ns, "the times of its frames contradict their arrival", host_time_ns, out);
   }
 }
 
-void FrameSetAssembler::SetAside(size_t camera, int64_t time_ns, const std::string& cause,
-                                 int64_t host_time_ns, AssembledSets& out) {
+void FrameSetAssembler::Quarantine(size_t camera, int64_t time_ns, const std::string& cause,
+                                   int64_t host_time_ns, AssembledSets& out) {
   Camera& state = cameras_[camera];
   ++state.set_aside;
   if (state.astray_cause.empty()) Note(camera, host_time_ns, cause + "; they are set aside", out);
@@ -200,7 +200,7 @@ bool FrameSetAssembler::LeaveAstray(bool timed_out, int64_t host_time_ns, Assemb
   }
   if (is_first) return false;
   const std::string cause = WhyAstray(set, is_ahead);
-  for (const auto& [camera, _] : set.frames) SetAside(camera, set.time_ns, cause, host_time_ns, out);
+  for (const auto& [camera, _] : set.frames) Quarantine(camera, set.time_ns, cause, host_time_ns, out);
   open_.pop_front();
   return true;
 }

@@ -114,7 +114,7 @@ void FreePixels(void* memory, size_t bytes) {
   ::operator delete(memory);
 }
 
-void GiveBackPixels() {
+void ReleasePixels() {
   ThePool().DropFree();
   malloc_trim(0);
 }

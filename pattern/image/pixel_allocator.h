@@ -13,7 +13,7 @@ void* AllocatePixels(size_t bytes);
 void FreePixels(void* memory, size_t bytes);
 // Gives the blocks that wait to be used again back to the system, and what else the heap holds free: where
 // decoding is over and other work comes. Thread-safe.
-void GiveBackPixels();
+void ReleasePixels();
 
 // Leaves elements uninitialised when a vector is made or grown without values.
 template <typename T>

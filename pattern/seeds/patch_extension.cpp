@@ -37,7 +37,7 @@ class Blobs {
     return grid_.Nearest(p.x, p.y, radius_px, [this](int blob) { return taken_[blob]; });
   }
   void Take(int blob) { taken_[blob] = true; }
-  void GiveBack(int blob) { taken_[blob] = false; }
+  void Requeue(int blob) { taken_[blob] = false; }
   Vec At(int blob) const { return {points_[blob].x_px, points_[blob].y_px}; }
 
  private:
@@ -73,7 +73,7 @@ class Extension {
         Follow(Node(nodes_[k]), di, dj);
     }
     if (nodes_.size() >= kLeastCells) return std::move(nodes_);
-    for (const int taken : joined_) blobs_.GiveBack(taken);
+    for (const int taken : joined_) blobs_.Requeue(taken);
     return {};
   }
 

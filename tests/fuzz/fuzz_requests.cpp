@@ -110,7 +110,7 @@ class Server {
     const std::string said = absl::StrCat(method->name(), ": ", code, ": ", message);
     weft::FuzzRequire(!is_request || (code != grpc::INTERNAL && code != grpc::UNKNOWN), said);
     weft::FuzzRequire(weft::IsUtf8(message) && weft::EscapedText(message) == message, said);
-    if (answer.status.ok() && !answer.messages.empty()) Remember(method->name(), answer.messages[0]);
+    if (answer.status.ok() && !answer.messages.empty()) Persist(method->name(), answer.messages[0]);
     if (++inputs_ % kInputsPerDaemon == 0) Restart();
   }
 
@@ -151,7 +151,7 @@ class Server {
   }
 
   // What was acknowledged can be got.
-  void Remember(const std::string& method, const std::string& answer) {
+  void Persist(const std::string& method, const std::string& answer) {
     static const std::map<std::string, std::string> getters = {
         {"SubmitJob", "GetJob"}, {"OpenSession", "GetSession"}, {"StartOperation", "GetOperation"}};
     const auto getter = getters.find(method);

@@ -11,8 +11,8 @@
 #include "absl/strings/str_cat.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
-#include "services/server/daemon/studio/session_keeper.h"
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "services/server/daemon/work/operation_queue.h"
 #include "services/server/library/library.h"
 #include "services/studio/recording/session_file.h"
@@ -86,7 +86,7 @@ class State {
   void ReadSessions(const std::string& path) {
     const bool readable = IsReadable<weft::v1::CaptureSession>(path);
     const std::string before = *weft::ReadWholeFile(path);
-    const auto keeper = weft::SessionKeeper::Create(folder_ / "sessions");
+    const auto keeper = weft::SessionRegistry::Create(folder_ / "sessions");
     FuzzRequire(keeper.ok());
     const weft::v1::ListSessionsResponse list = *(*keeper)->List(10);
     (*keeper)->UsersOfDevices();
@@ -125,12 +125,12 @@ class State {
 
   void ReadTakes(const std::string& path) {
     const std::string before = *weft::ReadWholeFile(path);
-    weft::TakeKeeperOptions options;
+    weft::TakeStoreOptions options;
     options.takes_folder = folder_ / "takes";
     options.trash_folder = folder_ / "trash";
     options.looks_folder = folder_ / "looks";
     options.recorder_program = folder_ / "no_such_program";
-    weft::TakeKeeper keeper(options);
+    weft::TakeStore keeper(options);
     const weft::v1::ListTakesResponse list = keeper.List({}, 10);
     FuzzRequire(list.takes_size() + list.warnings_size() == 1);
     FuzzRequire(list.takes_size() == 1 || *weft::ReadWholeFile(path) == before);

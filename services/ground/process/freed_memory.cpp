@@ -21,7 +21,7 @@ void KeepFreedMemory() {
   mallopt(M_TOP_PAD, 4 * kMib);
 }
 
-void FreedMemory::GiveBack() {
+void FreedMemory::Requeue() {
   if (ResidentBytes() < resident_bytes_ + kWorthwhile_bytes) return;
   malloc_trim(0);
   resident_bytes_ = ResidentBytes();

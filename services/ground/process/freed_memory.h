@@ -18,7 +18,7 @@ class FreedMemory {
  public:
   // Lets the C library give freed pages back to the kernel, where the process has grown by more than
   // kWorthwhile_bytes since the last time. Otherwise it costs the reading of one short file.
-  void GiveBack();
+  void Requeue();
 
  private:
   static constexpr size_t kWorthwhile_bytes = size_t{8} << 20;

@@ -29,8 +29,6 @@ void NotifyReloading() {
 
 void NotifyStopping(const std::string& status) { Notify("STOPPING=1\n", status); }
 
-void NotifyStatus(const std::string& status) { Notify("", status); }
-
 void NotifyAlive(const std::string& status) { Notify("WATCHDOG=1\n", status); }
 
 std::chrono::microseconds WatchdogPeriod() {

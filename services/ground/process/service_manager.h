@@ -12,7 +12,6 @@ void NotifyReady(const std::string& status);
 // Until NotifyReady is called again.
 void NotifyReloading();
 void NotifyStopping(const std::string& status);
-void NotifyStatus(const std::string& status);
 // That the daemon works, with the status.
 void NotifyAlive(const std::string& status);
 

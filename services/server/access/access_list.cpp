@@ -43,8 +43,8 @@ absl::StatusOr<std::string> NewTokenText() {
 // Reads, changes and writes the list while no other process does.
 template <typename Change>
 absl::Status ChangeList(const std::string& path, Change change) {
-  constexpr std::chrono::seconds kPatience{5};
-  const absl::StatusOr<FileLock> lock = FileLock::Take(path, kPatience);
+  constexpr std::chrono::seconds kLockTimeout{5};
+  const absl::StatusOr<FileLock> lock = FileLock::Take(path, kLockTimeout);
   if (!lock.ok()) return lock.status();
   WEFT_ASSIGN_OR_RETURN(v1::AccessList list, ReadAccessList(path));
   WEFT_RETURN_IF_ERROR(change(list));

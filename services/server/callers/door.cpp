@@ -78,7 +78,7 @@ void Door::Leave(uint64_t place, bool timed_out, Time now) {
   } else if (!left.is_displaced) {
     strangers_.Give(left.peer);
   }
-  if (timed_out && !IsKnown(left.peer, now)) budget_.Offend(left.peer, 1, now);
+  if (timed_out && !IsKnown(left.peer, now)) budget_.Violate(left.peer, 1, now);
 }
 
 }  // namespace weft

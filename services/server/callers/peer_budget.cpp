@@ -37,11 +37,11 @@ bool PeerBudget::IsKeptOut(const std::string& peer, Time now) const {
   return known != accounts_.end() && now < known->second.kept_out_until;
 }
 
-bool PeerBudget::Offend(const std::string& peer, int offences, Time now) {
+bool PeerBudget::Violate(const std::string& peer, int offences, Time now) {
   Account& account = AccountOf(peer, now);
   account.offences += offences;
   account.offended = now;
-  if (account.offences < kMostOffences) return false;
+  if (account.offences < kMostViolations) return false;
   account.offences = 0;
   account.kept_out_until = now + kKeptOut;
   return true;

@@ -15,7 +15,7 @@ class PeerBudget {
 
   static constexpr double kBurst = 250;  // connections
   static constexpr double kConnections_per_s = 25;
-  static constexpr int kMostOffences = 3;  // within kRemembered
+  static constexpr int kMostViolations = 3;  // within kRemembered
   static constexpr std::chrono::seconds kRemembered{60}, kKeptOut{30};
   static constexpr size_t kMostPeers = 10'000;  // addresses of IPv6 are cheap
 
@@ -23,7 +23,7 @@ class PeerBudget {
   bool Admit(const std::string& peer, Time now);
   bool IsKeptOut(const std::string& peer, Time now) const;
   // Connections of it were ended, or their calls refused too often. True: it is kept out from now on.
-  bool Offend(const std::string& peer, int offences, Time now);
+  bool Violate(const std::string& peer, int offences, Time now);
 
  private:
   struct Account {

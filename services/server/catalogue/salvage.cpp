@@ -26,9 +26,9 @@ bool HasEnded(v1::JobState state) { return state != v1::JOB_STATE_QUEUED && stat
 int Progress(const v1::Job& job) { return HasEnded(job.state()) ? 2 : job.state() == v1::JOB_STATE_RUNNING; }
 
 int64_t Progress(const v1::FrameInfo& info) {
-  constexpr int64_t kDealtWith = int64_t{1} << 40;
+  constexpr int64_t kProcessed = int64_t{1} << 40;
   const bool open = info.state() == v1::FRAME_STATE_WAITING || info.state() == v1::FRAME_STATE_RUNNING;
-  return (open ? 0 : kDealtWith) + info.attempts();
+  return (open ? 0 : kProcessed) + info.attempts();
 }
 
 template <typename Message>

@@ -23,7 +23,7 @@ namespace {
 namespace asio = boost::asio;
 
 constexpr int64_t kMostHeld_bytes = 512 << 20;
-constexpr std::chrono::minutes kPatience{5};  // with the bytes of a mesh
+constexpr std::chrono::minutes kSendTimeout{5};  // with the bytes of a mesh
 
 // Bytes that count as held while this lives.
 class Held {
@@ -122,7 +122,7 @@ asio::awaitable<void> MeshDownloads::Send(HttpExchange& exchange, std::string jo
   const absl::StatusOr<std::string> request = RequestOf(job_and_frame);
   const std::string path = PathOf(*FindMethod("Jobs/FetchResult"));
   const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
-      calls.Begin(caller, path, request, kPatience);
+      calls.Begin(caller, path, request, kSendTimeout);
   absl::Status status = call.status();
   if (status.ok()) status = co_await Read(**call, *mesh);
   if (status.ok()) {

@@ -44,8 +44,6 @@ class CommonTimes {
   // The middle one of the times of the synchronized cameras,
   // where one has a frame; nothing where no camera has one.
   std::optional<int64_t> Median_ns(size_t set) const { return medians_ns_[set]; }
-  // The camera's clock is known by the arrival of its frames alone.
-  bool IsByArrival(size_t camera) const { return is_by_arrival_[camera]; }
   // There were readings of its clock, and its frames contradict them: none of them counts.
   bool AreReadingsWrong(size_t camera) const { return are_readings_wrong_[camera]; }
   // Between the first and the last of these cameras.

@@ -130,7 +130,7 @@ void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalys
 using Said = std::vector<std::pair<std::string, std::string>>;
 
 // Frames of the camera that the recorder did not match, in its words.
-void FindSetAside(const RecordedTake& take, Said& said) {
+void FindQuarantined(const RecordedTake& take, Said& said) {
   for (const LedgerEntry& entry : take.ledger())
     if (entry.event == LedgerEvent::kNote && absl::EndsWith(entry.cause, "; they are set aside"))
       said.emplace_back(
@@ -163,7 +163,7 @@ void FindClockFaults(const v1::SyncReport& report, Said& said) {
 void FindFaults(const RecordedTake& take, v1::SyncReport& report) {
   Said said;
   FindClockFaults(report, said);
-  FindSetAside(take, said);
+  FindQuarantined(take, said);
   for (const v1::TakeTiming& timing : report.timing()) {
     const auto all = static_cast<double>(timing.frames() + timing.missing());
     if (static_cast<double>(timing.missing()) > kManyLost * all)

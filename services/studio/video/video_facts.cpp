@@ -215,13 +215,6 @@ absl::Status FindTimecode(const std::string& header, const std::vector<VideoPack
 
 }  // namespace
 
-bool IsVideoName(const std::string& path) {
-  const std::string ending = absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
-  for (const char* known : {".mp4", ".mov", ".mkv", ".m4v", ".avi", ".mxf", ".webm", ".ts"})
-    if (ending == known) return true;
-  return false;
-}
-
 std::vector<std::string> DecodingArguments(const v1::VideoFacts& facts) {
   // Pictures are decoded as well as they can be, and those that are wrong are told by what is said of them:
   // ffmpeg's "explode" drops others, which were waiting to be shown, and keeps those that follow.

@@ -12,9 +12,6 @@
 
 namespace weft {
 
-// Is the name that of a video: .mp4, .mov, .mkv, .m4v, .avi, .mxf, .webm, .ts?
-bool IsVideoName(const std::string& path);
-
 // `frames`: decoded so far; false stops.
 using FramesSeen = std::function<bool(uint64_t frames)>;
 

@@ -27,7 +27,7 @@ extern char** environ;
 namespace weft {
 namespace {
 
-constexpr int kPatience_ms = 60'000;  // for pixels
+constexpr int kPixelsTimeout_ms = 60'000;  // for pixels
 constexpr std::chrono::seconds kSilence{120};
 constexpr rlim_t kMostSaid = rlim_t{512} << 20;  // as weft-video allows
 constexpr useconds_t kLook_us = 50'000;
@@ -136,7 +136,7 @@ absl::Status VideoProgram::Read(void* bytes, size_t size) {
   auto* at = static_cast<char*>(bytes);
   while (size > 0) {
     pollfd ready = {pipe_.get(), POLLIN, 0};
-    const int polled = poll(&ready, 1, kPatience_ms);
+    const int polled = poll(&ready, 1, kPixelsTimeout_ms);
     if (polled < 0 && errno == EINTR) continue;
     if (polled == 0) return absl::DeadlineExceededError("ffmpeg made no progress for a minute");
     const ssize_t got = recv(pipe_.get(), at, size, 0);

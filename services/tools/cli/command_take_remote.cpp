@@ -117,14 +117,14 @@ absl::StatusCode CodeOfName(const std::string& name) {
 
 // Until the cameras are recorded, or why they are not. A recorder that takes longer is left to itself.
 absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& take) {
-  constexpr std::chrono::seconds kPatience{30};
+  constexpr std::chrono::seconds kBeginTimeout{30};
   std::stop_source enough;
   const std::stop_callback on_interrupt(context.stop, [&enough] { enough.request_stop(); });
-  const std::jthread timer([&enough, kPatience](const std::stop_token& stop) {
+  const std::jthread timer([&enough, kBeginTimeout](const std::stop_token& stop) {
     std::mutex mutex;
     std::unique_lock lock(mutex);
     std::condition_variable_any never;
-    never.wait_for(lock, stop, kPatience, [] { return false; });
+    never.wait_for(lock, stop, kBeginTimeout, [] { return false; });
     enough.request_stop();
   });
   const absl::StatusOr<v1::RecordedTake> ended = context.client.Watch(

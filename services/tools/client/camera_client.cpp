@@ -16,8 +16,8 @@ absl::StatusOr<v1::CameraList> CameraClient::List() {
 
 absl::StatusOr<std::vector<v1::CameraLook>> CameraClient::Look(const v1::LookAtCamerasRequest& request) {
   grpc::ClientContext context;
-  constexpr std::chrono::minutes kPatience{3};  // cameras may take long to open
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  constexpr std::chrono::minutes kOpenTimeout{3};  // cameras may take long to open
+  context.set_deadline(std::chrono::system_clock::now() + kOpenTimeout);
   std::vector<v1::CameraLook> looks;
   const auto stream = stub_->LookAtCameras(&context, request);
   for (v1::CameraLook look; stream->Read(&look);) looks.push_back(look);

@@ -10,10 +10,10 @@ namespace weft {
 absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
                                              const std::function<void(const v1::DrainProgress&)>& progress) {
   constexpr std::chrono::milliseconds kPeriod{300};
-  constexpr std::chrono::seconds kPatience{10};
+  constexpr std::chrono::seconds kCallTimeout{10};
   for (bool has_begun = false;; has_begun = true) {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.set_deadline(std::chrono::system_clock::now() + kCallTimeout);
     v1::DrainProgress state;
     const grpc::Status status = stub_->Drain(&context, request, &state);
     const bool has_stopped = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
@@ -27,9 +27,9 @@ absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
 
 absl::StatusOr<v1::RetentionRehearsal> ServerClient::RehearseRetention(
     const v1::RehearseRetentionRequest& request) {
-  constexpr std::chrono::seconds kPatience{60};
+  constexpr std::chrono::seconds kCallTimeout{60};
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kCallTimeout);
   v1::RetentionRehearsal rehearsal;
   const grpc::Status status = stub_->RehearseRetention(&context, request, &rehearsal);
   if (!status.ok()) return connection_.Explain(status);

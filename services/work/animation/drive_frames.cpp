@@ -58,7 +58,7 @@ class DecodeAhead {
 };
 
 // A worker that crashed at a frame gave it up, and nothing is known of the driver then.
-bool WasSetAside(const std::string& out, const std::string& frame) {
+bool WasQuarantined(const std::string& out, const std::string& frame) {
   const auto folder = FrameFolder::Open(out, frame, ConfinedFolder::IfMissing::kFail);
   if (!folder.ok()) return false;
   const absl::StatusOr<v1::FrameReport> report = folder->Report();
@@ -73,7 +73,7 @@ class FrameRun {
       : spec_(spec), inputs_(inputs), list_(list), asked_(asked), out_(out), events_(events), stop_(stop) {}
 
   absl::Status Run(FrameDriver driver, const StageKeys& keys, int threads) {
-    FindStanding(keys);
+    FindCached(keys);
     tbb::task_arena decoding(threads), driving(threads);
     DecodeAhead ahead(inputs_, list_, decoding, stop_);
     for (size_t at = 0; at < standing_.size(); ++at) {
@@ -85,7 +85,7 @@ class FrameRun {
         report.reset();
         continue;
       }
-      if (!IsAsked(at) && WasSetAside(out_, list_.NameOf(at))) continue;
+      if (!IsAsked(at) && WasQuarantined(out_, list_.NameOf(at))) continue;
       report.reset();
       WEFT_RETURN_IF_ERROR(DriveOne(at, driver, ahead, driving));
     }
@@ -95,12 +95,12 @@ class FrameRun {
  private:
   static absl::Status Cancelled() { return absl::CancelledError("the driving was cancelled"); }
 
-  void FindStanding(const StageKeys& keys) {
+  void FindCached(const StageKeys& keys) {
     const size_t end = asked_.empty() ? 0 : *std::max_element(asked_.begin(), asked_.end()) + 1;
     for (size_t at = 0; at < end; ++at) {
       const absl::StatusOr<std::string> fingerprint = list_.dump->Fingerprint(list_.indices[at]);
-      standing_.push_back(fingerprint.ok() ? StandingReport(out_, list_.NameOf(at), keys, *fingerprint,
-                                                            spec_.options().write_observations())
+      standing_.push_back(fingerprint.ok() ? CachedReport(out_, list_.NameOf(at), keys, *fingerprint,
+                                                          spec_.options().write_observations())
                                            : std::nullopt);
     }
   }

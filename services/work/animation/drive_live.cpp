@@ -112,7 +112,7 @@ class LiveRun {
     if (!status.ok()) return status;
     folder_.Clean(life_.frames().infos());
     status = DriveAll(feed, threads);
-    if (!status.ok()) life_.EndEarly(v1::JOB_STATE_FAILED, std::string(status.message()));
+    if (!status.ok()) life_.Abort(v1::JOB_STATE_FAILED, std::string(status.message()));
     v1::Job job = life_.Outcome({});
     *job.mutable_driven()->mutable_live() = pace_.Describe();
     const JobEndings endings{AssessJobFolder, WriteJobReport};
@@ -204,9 +204,9 @@ class LiveRun {
 };
 
 // Results of an earlier part of this run, in their order.
-absl::StatusOr<std::vector<v1::FrameReport>> StandingFrames(const v1::RegistrationSpec& spec,
-                                                            const std::string& out, const StageKeys& keys,
-                                                            const FrameSource* dump) {
+absl::StatusOr<std::vector<v1::FrameReport>> CachedFrames(const v1::RegistrationSpec& spec,
+                                                          const std::string& out, const StageKeys& keys,
+                                                          const FrameSource* dump) {
   std::vector<v1::FrameReport> standing;
   const absl::StatusOr<std::vector<std::string>> listed = ListFrameFolders(out, FrameFile::kReport);
   if (!listed.ok() || listed->empty()) return standing;
@@ -219,9 +219,9 @@ absl::StatusOr<std::vector<v1::FrameReport>> StandingFrames(const v1::Registrati
       const auto& of_dump = dump->frame_names();
       const auto found = std::find(of_dump.begin(), of_dump.end(), name);
       if (found != of_dump.end())
-        report = StandingReport(out, name, keys,
-                                dump->Fingerprint(static_cast<size_t>(found - of_dump.begin())).value_or(""),
-                                spec.options().write_observations());
+        report = CachedReport(out, name, keys,
+                              dump->Fingerprint(static_cast<size_t>(found - of_dump.begin())).value_or(""),
+                              spec.options().write_observations());
     }
     if (!report || report->driven().follows() != MemoryChecksum(memory))
       return absl::FailedPreconditionError(absl::StrCat(
@@ -280,7 +280,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
     if (absl::StatusOr<std::unique_ptr<FrameSource>> so_far = OpenDump(spec.dump(), inputs->rig); so_far.ok())
       dump = *std::move(so_far);
   }
-  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> standing, StandingFrames(spec, out, keys, dump.get()));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> standing, CachedFrames(spec, out, keys, dump.get()));
   const std::string last = standing.empty() ? "" : standing.back().frame();
   std::unique_ptr<LiveFeed> feed;
   CameraFeed* cameras = nullptr;

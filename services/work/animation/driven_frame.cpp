@@ -72,9 +72,9 @@ StageKeys DriveKeys(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
   return keys;
 }
 
-std::optional<v1::FrameReport> StandingReport(const std::string& out, const std::string& frame,
-                                              const StageKeys& keys, const std::string& fingerprint,
-                                              bool wants_observations) {
+std::optional<v1::FrameReport> CachedReport(const std::string& out, const std::string& frame,
+                                            const StageKeys& keys, const std::string& fingerprint,
+                                            bool wants_observations) {
   const auto folder = FrameFolder::Open(out, frame, ConfinedFolder::IfMissing::kFail);
   if (!folder.ok()) return std::nullopt;
   absl::StatusOr<v1::FrameReport> report = folder->Report();
@@ -183,7 +183,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const DriveInp
     const auto found = index_of.find(frames[i].frame());
     const std::string now = found == index_of.end() ? "" : list.dump->Fingerprint(found->second).value_or("");
     const auto report =
-        StandingReport(spec.out(), frames[i].frame(), keys, now, spec.options().write_observations());
+        CachedReport(spec.out(), frames[i].frame(), keys, now, spec.options().write_observations());
     if (!report) {
       const auto folder = FrameFolder::Open(spec.out(), frames[i].frame(), ConfinedFolder::IfMissing::kFail);
       const absl::StatusOr<v1::FrameReport> other =

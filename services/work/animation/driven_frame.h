@@ -42,9 +42,9 @@ StageKeys DriveKeys(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
 // The report of a complete frame of this run as it stands on the disk; empty where there is none. Whether it
 // follows the frame before it is for the caller to see (DrivenReport.follows). `out` is an absolute path
 // without links.
-std::optional<v1::FrameReport> StandingReport(const std::string& out, const std::string& frame,
-                                              const StageKeys& keys, const std::string& fingerprint,
-                                              bool wants_observations);
+std::optional<v1::FrameReport> CachedReport(const std::string& out, const std::string& frame,
+                                            const StageKeys& keys, const std::string& fingerprint,
+                                            bool wants_observations);
 
 // The report of a frame, without its files. `follows`: EncodeMemory before the frame, `memory` after it.
 v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInputs& inputs,

@@ -42,7 +42,7 @@ struct LocalExecutor::Run {
   bool finished = false;
   bool refused = false;
 
-  void Remember(const std::string& line) {
+  void Persist(const std::string& line) {
     if (line.empty()) return;
     last_words.push_back(line.substr(0, kMaxLastWordBytes));
     if (last_words.size() > kLastWords) last_words.pop_front();
@@ -229,14 +229,14 @@ void LocalExecutor::Listen(Run& run) {
   pollfd exited = {run.child->exit_fd(), POLLIN, 0};
   const bool ended = poll(&exited, 1, 0) > 0;  // asked first, so that nothing it printed is missed
   for (const std::string& line : run.out.Add(run.child->ReadOut())) OnOutput(run, line);
-  for (const std::string& line : run.err.Add(run.child->ReadErr())) run.Remember(line);
+  for (const std::string& line : run.err.Add(run.child->ReadErr())) run.Persist(line);
   if (ended) Finish(run);
 }
 
 void LocalExecutor::OnOutput(Run& run, const std::string& line) {
   const absl::StatusOr<v1::WorkerEvent> event = ParseWorkerEvent(line);
   if (!event.ok()) {
-    run.Remember(line);
+    run.Persist(line);
     return;
   }
   run.heard = Clock::now();
@@ -244,8 +244,8 @@ void LocalExecutor::OnOutput(Run& run, const std::string& line) {
 }
 
 void LocalExecutor::Finish(Run& run) {
-  run.Remember(run.out.TakeRest());
-  run.Remember(run.err.TakeRest());
+  run.Persist(run.out.TakeRest());
+  run.Persist(run.err.TakeRest());
   const std::string exit = DescribeExit(run.child->Reap());
   if (run.stopped_because.empty() && exit != "exit status 0") {
     run.stopped_because = exit;

@@ -17,7 +17,7 @@ namespace weft {
 namespace {
 
 // A writer that was killed lets go of the lock a moment later.
-constexpr std::chrono::milliseconds kPatience{200};
+constexpr std::chrono::milliseconds kLockTimeout{200};
 
 // ResourceExhausted: there is no thread for it now.
 absl::Status Assess(const std::string& out, const JobEndings& endings, v1::Job& job) {
@@ -67,7 +67,7 @@ absl::Status JobFolder::Take(std::chrono::milliseconds patience) {
 absl::StatusOr<std::vector<IncompleteFrame>> JobFolder::Check(const v1::Job& job,
                                                               const std::vector<v1::FrameInfo>& frames,
                                                               const FindIncomplete& find) {
-  WEFT_RETURN_IF_ERROR(Take(kPatience));
+  WEFT_RETURN_IF_ERROR(Take(kLockTimeout));
   Clean(frames);
   v1::Job here = job;
   here.mutable_spec()->set_out(out_);
@@ -97,7 +97,7 @@ absl::Status JobFolder::WriteJob(const v1::Job& job) const {
 
 absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings,
                                v1::Job& job) {
-  WEFT_RETURN_IF_ERROR(Take(kPatience));
+  WEFT_RETURN_IF_ERROR(Take(kLockTimeout));
   WEFT_RETURN_IF_ERROR(Assess(out_, endings, job));
   Clean(frames);
   WEFT_RETURN_IF_ERROR(WriteJob(job));

@@ -10,7 +10,7 @@ constexpr size_t kMaxLiveChunk = 4;
 // many.
 constexpr size_t kChunksPerWorker = 4;
 
-bool IsDealtWith(v1::FrameState state) {
+bool IsEnd(v1::FrameState state) {
   return state != v1::FRAME_STATE_WAITING && state != v1::FRAME_STATE_RUNNING;
 }
 
@@ -86,13 +86,13 @@ void JobFrames::SetLive(std::optional<int> every) { live_every_ = every; }
 int JobFrames::Backlog() const {
   if (!live_every_ || *live_every_ == 0) return 0;
   int backlog = 0;
-  for (size_t i = 0; i < infos_.size(); i += static_cast<size_t>(*live_every_)) backlog += !DealtWith(i);
+  for (size_t i = 0; i < infos_.size(); i += static_cast<size_t>(*live_every_)) backlog += !IsProcessed(i);
   return backlog;
 }
 
-bool JobFrames::AllDealtWith() const {
+bool JobFrames::AllProcessed() const {
   return std::all_of(infos_.begin(), infos_.end(),
-                     [](const v1::FrameInfo& info) { return IsDealtWith(info.state()); });
+                     [](const v1::FrameInfo& info) { return IsEnd(info.state()); });
 }
 
 std::vector<size_t> JobFrames::TakeLiveChunk(int slots) {
@@ -173,7 +173,7 @@ void JobFrames::ForgetRedone(size_t position) {
   infos_[position].clear_redone_because();
 }
 
-void JobFrames::GiveBack(size_t position, Attempt attempt) {
+void JobFrames::Requeue(size_t position, Attempt attempt) {
   v1::FrameInfo& info = infos_[position];
   const bool ran = info.state() == v1::FRAME_STATE_RUNNING;
   if (ran && attempt != Attempt::kCounts) info.set_attempts(info.attempts() - 1);
@@ -206,7 +206,7 @@ void JobFrames::Bridge(size_t position) {
   Touch(position);
 }
 
-bool JobFrames::DealtWith(size_t position) const { return IsDealtWith(infos_[position].state()); }
+bool JobFrames::IsProcessed(size_t position) const { return IsEnd(infos_[position].state()); }
 
 void JobFrames::Touch(size_t position) {
   by_change_.erase(changed_[position]);

@@ -29,7 +29,7 @@ class JobFrames {
   std::optional<size_t> Find(const std::string& name) const;
   v1::FrameCounts Counts() const;
   bool HasWaiting() const;
-  bool AllDealtWith() const;
+  bool AllProcessed() const;
 
   // The next frames for one of `slots` workers: many while many wait, few at the end so that no worker idles,
   // within the limits. A frame whose worker crashed comes last and alone. Empty when none waits. The frames
@@ -51,7 +51,7 @@ class JobFrames {
   // Back to waiting. A refunded attempt does not count against the frame. One that ran when the daemon itself
   // was killed comes after the others and alone, in case that it was the cause.
   enum class Attempt { kCounts, kRefunded, kDaemonKilled };
-  void GiveBack(size_t position, Attempt attempt);
+  void Requeue(size_t position, Attempt attempt);
   // Frames that came to the take.
   void Append(const std::vector<std::string>& names);
   // Of a take that is being recorded: TakeChunk gives every so-manieth frame, the newest first and few at a
@@ -66,7 +66,7 @@ class JobFrames {
   void End(size_t position, v1::FrameState state, const std::string& reason);
   // The results hold a mesh for this failed frame after all.
   void Bridge(size_t position);
-  bool DealtWith(size_t position) const;
+  bool IsProcessed(size_t position) const;
 
   // Counts up with every change; ChangedSince lists at most `limit` frames in the order of their changes.
   uint64_t version() const { return version_; }

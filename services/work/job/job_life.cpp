@@ -131,7 +131,7 @@ void JobLife::StopFollowing(bool is_refined) {
     const v1::FrameInfo& info = frames_.infos()[i];
     // One that killed its workers would do so again.
     const bool set_aside = info.state() == v1::FRAME_STATE_FAILED && info.attempts() >= kMaxAttempts;
-    if (frames_.DealtWith(i) && !set_aside) frames_.DoAgain(i);
+    if (frames_.IsProcessed(i) && !set_aside) frames_.DoAgain(i);
   }
 }
 
@@ -188,7 +188,7 @@ bool JobLife::Retry() {
   return true;
 }
 
-void JobLife::EndEarly(v1::JobState state, const std::string& message) {
+void JobLife::Abort(v1::JobState state, const std::string& message) {
   if (early_) return;
   early_ = EarlyEnd{state, EscapedText(message)};
   job_.set_ends_as(early_->state);
@@ -197,7 +197,7 @@ void JobLife::EndEarly(v1::JobState state, const std::string& message) {
 
 void JobLife::CancelWaiting(const std::function<bool(size_t position)>& runs) {
   for (size_t i = 0; i < frames_.infos().size(); ++i) {
-    if (!runs(i) && !frames_.DealtWith(i))
+    if (!runs(i) && !frames_.IsProcessed(i))
       frames_.End(i, v1::FRAME_STATE_CANCELLED, early_ ? early_->message : "");
   }
 }

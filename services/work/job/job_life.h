@@ -62,11 +62,11 @@ class JobLife {
 
   // The job is to end before all frames are dealt with: cancelled, or failed for a reason that is no frame's.
   // The first call counts.
-  void EndEarly(v1::JobState state, const std::string& message);
-  bool ends_early() const { return early_.has_value(); }
+  void Abort(v1::JobState state, const std::string& message);
+  bool is_aborted() const { return early_.has_value(); }
   // The frames that wait or run, but for those of which `runs` is true, get no result.
   void CancelWaiting(const std::function<bool(size_t position)>& runs);
-  const std::string& early_message() const { return early_->message; }
+  const std::string& abort_message() const { return early_->message; }
 
   // The last state of the job. `bridged`: positions of failed frames that have a mesh all the same. Frames
   // that are not dealt with are cancelled; a job without any registered frame failed, and its message names

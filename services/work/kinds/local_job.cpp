@@ -20,7 +20,7 @@ namespace weft {
 namespace {
 
 // A writer that was killed lets go of the folder a moment later.
-constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::seconds kLockTimeout{2};
 
 v1::Job NewJob(const v1::RegistrationSpec& spec, const LoadedInputs& inputs) {
   v1::Job job;
@@ -46,7 +46,7 @@ class LocalJob {
   // Written before the first frame: a folder that cannot be written to is found now, not after an hour.
   absl::Status Begin() {
     life_.Start();
-    WEFT_RETURN_IF_ERROR(folder_.Take(kPatience));
+    WEFT_RETURN_IF_ERROR(folder_.Take(kLockTimeout));
     WEFT_RETURN_IF_ERROR(folder_.WriteJob(life_.Describe()));
     folder_.Clean(life_.frames().infos());
     return absl::OkStatus();
@@ -57,7 +57,7 @@ class LocalJob {
     std::vector<size_t> frames(life_.frames().infos().size());
     std::iota(frames.begin(), frames.end(), size_t{0});
     for (;;) {
-      WEFT_RETURN_IF_ERROR(folder_.Take(kPatience));
+      WEFT_RETURN_IF_ERROR(folder_.Take(kLockTimeout));
       WEFT_RETURN_IF_ERROR(work_.Run(frames, place_, Events(), stop));
       const auto find = [this](const v1::Job& job, const std::vector<v1::FrameInfo>& infos) {
         return work_.FindIncomplete(job, infos);
@@ -76,9 +76,9 @@ class LocalJob {
   // The job as it ended; `status` is what ComputeAll returned.
   absl::StatusOr<v1::Job> End(const absl::Status& status) {
     if (absl::IsCancelled(status)) {
-      life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+      life_.Abort(v1::JOB_STATE_CANCELLED, "cancelled");
     } else if (!status.ok()) {
-      life_.EndEarly(v1::JOB_STATE_FAILED, std::string(status.message()));
+      life_.Abort(v1::JOB_STATE_FAILED, std::string(status.message()));
     }
     const std::vector<size_t> bridged = folder_.BridgedFrames(life_.frames().infos());
     v1::Job outcome = life_.Outcome(bridged);

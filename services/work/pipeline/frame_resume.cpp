@@ -89,8 +89,8 @@ absl::StatusOr<v1::FrameReport> RefineAgain(const RegistrationInputs& inputs, si
 
 }  // namespace
 
-FrameStanding InspectFrame(const RegistrationInputs& inputs, size_t index, const JobOptions& options,
-                           const std::string& out) {
+CachedStages InspectFrame(const RegistrationInputs& inputs, size_t index, const JobOptions& options,
+                          const std::string& out) {
   const absl::StatusOr<FrameFolder> folder = OpenFrame(inputs, index, out);
   if (!folder.ok()) return {};
   absl::StatusOr<v1::FrameReport> report = folder->Report();
@@ -115,9 +115,9 @@ FrameStanding InspectFrame(const RegistrationInputs& inputs, size_t index, const
   return {Restart(first->first), first->why, *std::move(report)};
 }
 
-absl::StatusOr<v1::FrameReport> GoOnFrom(const FrameStanding& standing, const RegistrationInputs& inputs,
-                                         size_t index, const JobOptions& options, const std::string& out,
-                                         const FrameProgress& progress, std::stop_token stop) {
+absl::StatusOr<v1::FrameReport> ResumeFrom(const CachedStages& standing, const RegistrationInputs& inputs,
+                                           size_t index, const JobOptions& options, const std::string& out,
+                                           const FrameProgress& progress, std::stop_token stop) {
   absl::StatusOr<v1::FrameReport> report = absl::NotFoundError("nothing stands");
   if (standing.redo == Stage::kAlign) {
     report = AlignAgain(inputs, index, options, out, standing.report, stop);

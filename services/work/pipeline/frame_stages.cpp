@@ -277,7 +277,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   StageClock clock(frame.report);
   DecodedViews decoded = DecodeViews(inputs, index, options, progress, stop, frame);
   clock.End("decode");
-  GiveBackPixels();  // what follows needs other memory
+  ReleasePixels();  // what follows needs other memory
   WEFT_RETURN_IF_ERROR(CheckStop(stop));
   WEFT_ASSIGN_OR_RETURN(const Extras extras, ReadExtrasOf(inputs, index, options));
 

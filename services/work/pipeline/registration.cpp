@@ -45,7 +45,7 @@ absl::Status CheckStarts(const std::string& starts, const std::string& out) {
       absl::StrCat("options.starts: ", starts, " is the folder of the results; give that of an earlier run"));
 }
 
-v1::FrameInfo Finished(const v1::FrameReport& report, const FrameStanding& standing) {
+v1::FrameInfo Finished(const v1::FrameReport& report, const CachedStages& standing) {
   v1::FrameInfo info = SummaryOf(report, /*reused=*/!standing.redo);
   if (!standing.redo || standing.why.empty()) return info;
   info.set_redone_from(StageName(*standing.redo));
@@ -82,13 +82,13 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
-    const FrameStanding standing = InspectFrame(inputs, index, options, out);
+    const CachedStages standing = InspectFrame(inputs, index, options, out);
     absl::StatusOr<v1::FrameReport> report = standing.report;
     if (standing.redo) {
       WEFT_RETURN_IF_ERROR(events.reads(index));
       AdvancedOnce advanced(events, name);
       arena.execute(
-          [&] { report = GoOnFrom(standing, inputs, index, options, out, std::ref(advanced), stop); });
+          [&] { report = ResumeFrom(standing, inputs, index, options, out, std::ref(advanced), stop); });
       if (!report.ok()) return report.status();
     }
     // Told last: whoever is killed before that refines when it comes back to the frame.

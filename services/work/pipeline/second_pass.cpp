@@ -110,7 +110,7 @@ absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const 
   };
   const int before = Centers(report);
   tbb::parallel_for(size_t{0}, views->size(), look, tbb::simple_partitioner());
-  GiveBackPixels();  // what follows needs other memory
+  ReleasePixels();  // what follows needs other memory
   if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
   const int centers = Centers(report);
   return SecondPassResult{.changed = std::ranges::find(changed, true) != changed.end(),

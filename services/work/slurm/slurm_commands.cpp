@@ -17,7 +17,7 @@
 namespace weft {
 namespace {
 
-constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::seconds kCommandTimeout{20};
 constexpr char kEnv[] = "/usr/bin/env";
 constexpr char kWholeLists[] = "SLURM_BITSTR_LEN=0";
 // squeue prints 3 kB for each element that runs, and scontrol shows the jobs of all users.
@@ -86,7 +86,7 @@ absl::StatusOr<std::string> SlurmCommands::Run(const std::string& program,
                                                const std::vector<std::string>& arguments) const {
   ProgramRun run;
   run.arguments = arguments;
-  run.patience = kPatience;
+  run.patience = kCommandTimeout;
   run.most_bytes = kMostBytes;
   return RunProgram(program, run);
 }

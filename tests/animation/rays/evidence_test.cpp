@@ -39,7 +39,7 @@ TEST(Evidence, RaysPassThroughWhatWasSeen) {
   ASSERT_EQ(rays->size(), 2u);
   for (const VertexRay& ray : *rays) {
     EXPECT_EQ(ray.vertex, 1);
-    EXPECT_LT(ray.WayTo(point).norm(), 1e-6);
+    EXPECT_LT(ray.OffsetTo(point).norm(), 1e-6);
     // A tenth of a pixel at this distance.
     EXPECT_NEAR(ray.SigmaMm(point), 0.1 / 2600 * (point - ray.origin_mm).norm(), 1e-7);
   }
@@ -93,7 +93,7 @@ TEST(Evidence, ForeignCellsArePassedOverAndTheMoreConfidentOfTwoCounts) {
   const auto rays = RaysOf(views, NodeVertices(SmallGarment()), 0.3);
   ASSERT_TRUE(rays.ok()) << rays.status();
   ASSERT_EQ(rays->size(), 1u);
-  EXPECT_LT(rays->front().WayTo({4, 5, 6}).norm(), 1e-6);
+  EXPECT_LT(rays->front().OffsetTo({4, 5, 6}).norm(), 1e-6);
 }
 
 TEST(Evidence, NamesWhatIsWrongWithAView) {

@@ -47,7 +47,7 @@ TEST(RayPolish, OneRayHoldsAVertexAcrossAndThreeTriangulateIt) {
   const auto polished = Polish(model, Lengths(model, truth), carrier, rays, {});
   ASSERT_TRUE(polished.ok()) << polished.status();
   for (const VertexRay& ray : rays)
-    EXPECT_LT(ray.WayTo(polished->position_mm[ray.vertex]).norm(), 0.5) << ray.vertex;
+    EXPECT_LT(ray.OffsetTo(polished->position_mm[ray.vertex]).norm(), 0.5) << ray.vertex;
   for (size_t v = 0; v < truth.size(); v += 7)
     EXPECT_LT((polished->position_mm[v] - truth[v]).norm(), 1) << v;
   EXPECT_LT(MeanDistance(polished->position_mm, truth), 0.3 * MeanDistance(carrier, truth));

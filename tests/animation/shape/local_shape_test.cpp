@@ -31,7 +31,7 @@ class FittedShape : public testing::Test {
   double Cost(const LocalShape& shape, const ShapeState& state) const {
     double out = state.z.squaredNorm() + (state.z - prior_.expected).cwiseAbs2().dot(prior_.information);
     for (size_t i = 0; i < rays_.size(); ++i)
-      out += weight_[i] * rays_[i].WayTo(state.root * shape.PointOf(rays_[i].vertex, state)).squaredNorm();
+      out += weight_[i] * rays_[i].OffsetTo(state.root * shape.PointOf(rays_[i].vertex, state)).squaredNorm();
     if (state.local.size() > 0)
       out += (state.local.transpose() * shape.regions().information * state.local).trace();
     return out;

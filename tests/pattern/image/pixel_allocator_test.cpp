@@ -28,7 +28,7 @@ TEST(PixelAllocator, FreedBlocksServeAgainUntilTheyAreGivenBack) {
   void* const again = AllocatePixels(kBytes);
   EXPECT_EQ(again, first);
   FreePixels(again, kBytes);
-  GiveBackPixels();
+  ReleasePixels();
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which keep what is freed
   EXPECT_FALSE(IsResident(first));
 #endif
@@ -36,7 +36,7 @@ TEST(PixelAllocator, FreedBlocksServeAgainUntilTheyAreGivenBack) {
 
 TEST(PixelAllocator, BlocksInUseAreNotGivenBack) {
   PixelVector<uint8_t> pixels(kBytes, 7);
-  GiveBackPixels();
+  ReleasePixels();
   EXPECT_TRUE(IsResident(pixels.data()));
   EXPECT_EQ(std::count(pixels.begin(), pixels.end(), 7), static_cast<std::ptrdiff_t>(kBytes));
 }

@@ -46,8 +46,9 @@ class FilePieces {
 
 // Streams what `open` opens without a thread per client: one that takes nothing costs a piece of memory, and
 // is let go after `patience`. `method` is for the log. Deletes itself when the stream has ended.
-grpc::ServerWriteReactor<v1::FileChunk>* SendFile(grpc::CallbackServerContext* context, const char* method,
-                                                  const std::function<absl::StatusOr<FilePieces>()>& open,
-                                                  std::chrono::milliseconds patience = StallWatch::kPatience);
+grpc::ServerWriteReactor<v1::FileChunk>* SendFile(
+    grpc::CallbackServerContext* context, const char* method,
+    const std::function<absl::StatusOr<FilePieces>()>& open,
+    std::chrono::milliseconds patience = StallWatch::kReadTimeout);
 
 }  // namespace weft

@@ -24,7 +24,7 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
  public:
   PollingWatcher(grpc::CallbackServerContext* context, std::function<absl::StatusOr<Message>()> get,
                  std::function<bool(const Message&)> has_ended,
-                 std::chrono::milliseconds patience = StallWatch::kPatience)
+                 std::chrono::milliseconds patience = StallWatch::kReadTimeout)
       : get_(std::move(get)), has_ended_(std::move(has_ended)), stalls_(context, patience) {
     stalls_.Rest();
   }

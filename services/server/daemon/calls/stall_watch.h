@@ -14,9 +14,9 @@ namespace weft {
 // before its call does. Thread safety: any thread; no function waits for another one.
 class StallWatch {
  public:
-  static constexpr std::chrono::seconds kPatience{60};
+  static constexpr std::chrono::seconds kReadTimeout{60};
 
-  explicit StallWatch(grpc::ServerContextBase* context, std::chrono::milliseconds patience = kPatience);
+  explicit StallWatch(grpc::ServerContextBase* context, std::chrono::milliseconds patience = kReadTimeout);
   ~StallWatch();
   StallWatch(const StallWatch&) = delete;
   StallWatch& operator=(const StallWatch&) = delete;

@@ -31,7 +31,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
   // Also of calls whose client went away.
   ~CallObserver() override {
     if (!began_) return;
-    if (awaits_) sources_.guard.HeardAll(connection_);
+    if (awaits_) sources_.guard.Drained(connection_);
     sources_.limits.End(account_, method_.kind);
     const ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
                             std::chrono::steady_clock::now() - start_};
@@ -81,7 +81,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
     sources_.guard.HeardMessage(connection_, message.ByteSizeLong());
     if (method_.kind == CallKind::kUpload || !awaits_) return;
     awaits_ = false;
-    sources_.guard.HeardAll(connection_);
+    sources_.guard.Drained(connection_);
   }
 
   void End(const grpc::Status& status) {

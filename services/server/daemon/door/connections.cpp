@@ -193,7 +193,7 @@ void Connections::Run(const std::stop_token& stop) {
     }
     // What clients sent and never read has grown the process, and they are gone.
     if (counts >= kCountsPerGivingBack) {
-      freed.GiveBack();
+      freed.Requeue();
       counts = 0;
     }
     for (size_t i = 0; i < listeners_.size() && !stop.stop_requested(); ++i) {
@@ -332,8 +332,8 @@ void Connections::EndNoisy(double passed_s) {
   for (const ReceiveGuard::Ended& ended : guard_.Check()) {
     const auto connection = open_.find(ended.inode);
     if (connection == open_.end()) continue;
-    TellOffence(*connection->second, TextOf(ended.reason),
-                ended.reason == ReceiveGuard::Ended::kFlood ? PeerBudget::kMostOffences : 1);
+    ReportViolation(*connection->second, TextOf(ended.reason),
+                    ended.reason == ReceiveGuard::Ended::kFlood ? PeerBudget::kMostViolations : 1);
   }
   for (const auto& listener : listeners_) {
     for (Slot& slot : listener->slots) EndRefused(slot, passed_s);
@@ -346,14 +346,14 @@ void Connections::EndRefused(Slot& slot, double passed_s) {
                   static_cast<double>(refused - std::exchange(slot.refusals_before, refused));
   if (slot.refusals <= kMostRefusals || IsOwner(slot.peer)) return;
   slot.refusals = 0;
-  TellOffence(
+  ReportViolation(
       slot,
       absl::StrCat("more than ", kMostRefusals, " of its calls were refused; its connections were ended"),
-      PeerBudget::kMostOffences);
+      PeerBudget::kMostViolations);
 }
 
-void Connections::TellOffence(const Slot& slot, const std::string& message, int offences) {
-  const bool keeps_out = !IsOwner(slot.peer) && budget_.Offend(slot.peer.name, offences, Clock::now());
+void Connections::ReportViolation(const Slot& slot, const std::string& message, int offences) {
+  const bool keeps_out = !IsOwner(slot.peer) && budget_.Violate(slot.peer.name, offences, Clock::now());
   if (keeps_out) {
     for (const auto& [inode, of] : open_) {
       if (of == &slot) guard_.End(inode);

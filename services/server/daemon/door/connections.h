@@ -81,7 +81,7 @@ class Connections {
   void EndNoisy(double passed_s);
   // Those of a peer whose calls are refused again and again.
   void EndRefused(Slot& slot, double passed_s);
-  void TellOffence(const Slot& slot, const std::string& message, int offences);
+  void ReportViolation(const Slot& slot, const std::string& message, int offences);
 
   const ConnectionLimits limits_;
   AuditLog& audit_;

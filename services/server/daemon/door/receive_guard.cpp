@@ -96,7 +96,7 @@ void ReceiveGuard::HeardMessage(const std::string& peer, size_t bytes) {
   if (Watched* const watched = Find(peer)) watched->heard_bytes += kFrames * static_cast<double>(bytes);
 }
 
-void ReceiveGuard::HeardAll(const std::string& peer) {
+void ReceiveGuard::Drained(const std::string& peer) {
   const std::lock_guard lock(mutex_);
   Watched* const watched = Find(peer);
   // Another connection may have taken the name.

@@ -54,7 +54,7 @@ class ReceiveGuard {
   // "ipv4:10.0.0.5:43210". In the end the call awaits no more.
   void HeardCall(const std::string& peer);
   void HeardMessage(const std::string& peer, size_t bytes);
-  void HeardAll(const std::string& peer);
+  void Drained(const std::string& peer);
   // Shuts down what sends too much, and tells of those that gRPC ended for it.
   std::vector<Ended> Check();
   // Shuts this connection down.

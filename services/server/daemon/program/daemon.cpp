@@ -52,9 +52,9 @@ std::string ProcessFolderOf(const std::string& state_folder) {
 
 // Waits for the end of processes that an earlier daemon left behind.
 absl::Status AwaitEarlierProcesses(const std::string& state_folder) {
-  constexpr std::chrono::seconds kPatience{10};  // the kernel ends them with their daemon
+  constexpr std::chrono::seconds kOldWorkersTimeout{10};  // the kernel ends them with their daemon
   constexpr std::chrono::milliseconds kLook{5};
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kOldWorkersTimeout;
   for (;;) {
     const std::vector<pid_t> running = FindRecorded(ProcessFolderOf(state_folder));
     if (running.empty()) break;
@@ -67,7 +67,7 @@ absl::Status AwaitEarlierProcesses(const std::string& state_folder) {
   }
   // Earlier versions left a lock with their processes.
   const std::string path = ProcessFolderOf(state_folder);
-  const absl::Status taken = FileLock::Take(path, kPatience).status();
+  const absl::Status taken = FileLock::Take(path, kOldWorkersTimeout).status();
   if (!absl::IsFailedPrecondition(taken)) return taken;
   return absl::FailedPreconditionError(absl::StrCat(
       path, ".lock: processes of a weftd that has ended still run; `fuser ", path, ".lock` names them"));
@@ -175,9 +175,9 @@ v1::ItemKind KindOfInput(const std::string& field) {
 
 }  // namespace
 
-TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
-                                        const Parts& parts) {
-  TakeKeeperOptions keeping;
+TakeStoreOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
+                                       const Parts& parts) {
+  TakeStoreOptions keeping;
   keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
   keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
   keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
@@ -218,7 +218,7 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
   operations.program = options.command_program;
   operations.admit = [&parts] { return parts.drain->Admit(); };
   operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
-    return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
+    return parts.take_store->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
   };
   operations.take_exists = [state = options.state_folder](const std::string& id) {
     return TakeExists(absl::StrCat(state, "/takes/", id)) || TakeExists(absl::StrCat(state, "/trash/", id));
@@ -309,22 +309,22 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   info.set_state_folder(options.state_folder);
   info.set_started_unix_ns(HostTime_ns());
   Parts& parts = *daemon->parts_;
-  WEFT_ASSIGN_OR_RETURN(auto session_keeper,
-                        SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions")));
-  parts.session_keeper = std::move(session_keeper);
-  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, policy, parts));
+  WEFT_ASSIGN_OR_RETURN(auto session_registry,
+                        SessionRegistry::Create(absl::StrCat(options.state_folder, "/sessions")));
+  parts.session_registry = std::move(session_registry);
+  parts.take_store = std::make_unique<TakeStore>(TakeKeepingOf(options, policy, parts));
   WEFT_ASSIGN_OR_RETURN(auto operations, OperationQueue::Create(OperationsOf(options, policy, parts)));
   parts.operation_queue = std::move(operations);
-  parts.take_keeper->Begin();
+  parts.take_store->Begin();
   const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
     return CallerOf(context, *parts.access);
   };
   parts.operations = std::make_unique<OperationService>(*parts.operation_queue, caller);
-  parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
-  parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library,
-                                                    policy, caller);
+  parts.cameras = std::make_unique<CameraService>(*parts.take_store, *parts.session_registry);
+  parts.sessions = std::make_unique<SessionService>(*parts.session_registry, *parts.take_store,
+                                                    *parts.library, policy, caller);
   parts.takes =
-      std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue, caller);
+      std::make_unique<TakeService>(*parts.take_store, *parts.session_registry, *parts.queue, caller);
   WEFT_RETURN_IF_ERROR(daemon->KnowCallers(options));
   parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, std::move(policy),
                                                             absl::StrCat(options.state_folder, "/results"),
@@ -352,7 +352,7 @@ void Daemon::Stop() {
     if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
     if (parts_->drain) parts_->drain->Stop();
     if (parts_->queue) parts_->queue->Stop();
-    if (parts_->take_keeper) parts_->take_keeper->Stop();
+    if (parts_->take_store) parts_->take_store->Stop();
     if (parts_->operation_queue) parts_->operation_queue->Stop();
     if (parts_->server) {
       constexpr std::chrono::seconds kGrace{2};

@@ -26,7 +26,7 @@ namespace weft {
 
 class PathPolicy;
 struct OperationQueueOptions;
-struct TakeKeeperOptions;
+struct TakeStoreOptions;
 
 struct DaemonOptions {
   // "unix:PATH" or HOST:PORT; port 0 takes a free one. Empty: weftd.sock in the state folder.
@@ -101,8 +101,8 @@ class Daemon {
   Daemon();
   // What an input that a request names is on this machine.
   static ResolveInput InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts);
-  static TakeKeeperOptions TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
-                                         const Parts& parts);
+  static TakeStoreOptions TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
+                                        const Parts& parts);
   static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
                                             const Parts& parts);
   void BeginRetention(const DaemonOptions& options);

@@ -72,7 +72,7 @@ DaemonLoad LoadOf(Daemon::Parts& parts, const std::string& state_folder, int wor
   load.frames_failed = queue.frames_failed;
   // Older ones are recorded no more.
   constexpr size_t kNewestTakes = 50;
-  const v1::ListTakesResponse takes = parts.take_keeper->List({}, kNewestTakes);
+  const v1::ListTakesResponse takes = parts.take_store->List({}, kNewestTakes);
   for (const v1::RecordedTake& take : takes.takes()) {
     if (!take.recorder_lives()) continue;
     ++load.takes_recording;

@@ -18,10 +18,10 @@
 #include "services/server/daemon/program/retention_keeper.h"
 #include "services/server/daemon/program/server_service.h"
 #include "services/server/daemon/studio/camera_service.h"
-#include "services/server/daemon/studio/session_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
 #include "services/server/daemon/studio/session_service.h"
-#include "services/server/daemon/studio/take_keeper.h"
 #include "services/server/daemon/studio/take_service.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "services/server/daemon/work/job_service.h"
 #include "services/server/daemon/work/library_service.h"
@@ -43,8 +43,8 @@ struct Daemon::Parts {
   std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;
   std::unique_ptr<ServerService> server_info;
-  std::unique_ptr<SessionKeeper> session_keeper;
-  std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<SessionRegistry> session_registry;
+  std::unique_ptr<TakeStore> take_store;
   std::unique_ptr<OperationQueue> operation_queue;
   std::unique_ptr<CameraService> cameras;
   std::unique_ptr<OperationService> operations;

@@ -58,7 +58,7 @@ void Daemon::BeginRetention(const DaemonOptions& options) {
   keeping.state_file = absl::StrCat(options.state_folder, "/retention.json");
   keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
   keeping.rules = options.retention;
-  TakeKeeper& takes = *parts.take_keeper;
+  TakeStore& takes = *parts.take_store;
   OperationQueue& operations = *parts.operation_queue;
   EndNotices& notices = *parts.notices;
   keeping.sources = {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "services/server/daemon/studio/session_keeper.h"
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "weft/v1/cameras.grpc.pb.h"
 
 namespace weft {
@@ -12,7 +12,7 @@ namespace weft {
 // Thread safety: gRPC calls from many threads. The keepers must outlive the service.
 class CameraService final : public v1::Cameras::Service {
  public:
-  CameraService(TakeKeeper& takes, SessionKeeper& sessions) : takes_(takes), sessions_(sessions) {}
+  CameraService(TakeStore& takes, SessionRegistry& sessions) : takes_(takes), sessions_(sessions) {}
 
   grpc::Status ListCameras(grpc::ServerContext* context, const v1::ListCamerasRequest* request,
                            v1::CameraList* list) override;
@@ -24,8 +24,8 @@ class CameraService final : public v1::Cameras::Service {
   // What of the request is to be opened.
   absl::StatusOr<v1::Session> SessionOf(const v1::LookAtCamerasRequest& request);
 
-  TakeKeeper& takes_;
-  SessionKeeper& sessions_;
+  TakeStore& takes_;
+  SessionRegistry& sessions_;
 };
 
 }  // namespace weft

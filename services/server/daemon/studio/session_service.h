@@ -3,17 +3,17 @@
 
 #include "services/server/daemon/calls/path_policy.h"
 #include "services/server/daemon/door/call_identity.h"
-#include "services/server/daemon/studio/session_keeper.h"
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "services/server/library/library.h"
 #include "weft/v1/sessions.grpc.pb.h"
 
 namespace weft {
 
-// Thread safety: gRPC calls from many threads. Keepers and library must outlive the service.
+// Thread safety: gRPC calls from many threads. Registries and library must outlive the service.
 class SessionService final : public v1::Sessions::Service {
  public:
-  SessionService(SessionKeeper& sessions, TakeKeeper& takes, const Library& library, PathPolicy policy,
+  SessionService(SessionRegistry& sessions, TakeStore& takes, const Library& library, PathPolicy policy,
                  FindCaller caller)
       : sessions_(sessions),
         takes_(takes),
@@ -35,8 +35,8 @@ class SessionService final : public v1::Sessions::Service {
  private:
   absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& asked, const Caller& caller);
 
-  SessionKeeper& sessions_;
-  TakeKeeper& takes_;
+  SessionRegistry& sessions_;
+  TakeStore& takes_;
   const Library& library_;
   const PathPolicy policy_;
   const FindCaller caller_;

@@ -15,7 +15,7 @@ std::vector<std::string> TakesIn(const std::string& folder);
 bool TakeExists(const std::string& folder);
 
 std::string KeepingFile(const std::string& folder);
-// Is there once whoever wants to know of the take's end has been told (TakeKeeperOptions.on_end).
+// Is there once whoever wants to know of the take's end has been told (TakeStoreOptions.on_end).
 std::string EndToldFile(const std::string& folder);
 // A take whose file cannot be read counts as pinned: nobody deletes what may be pinned.
 v1::TakeKeeping ReadKeeping(const std::string& folder);

@@ -7,17 +7,17 @@
 #include <string>
 
 #include "services/server/daemon/door/call_identity.h"
-#include "services/server/daemon/studio/session_keeper.h"
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "weft/v1/takes.grpc.pb.h"
 
 namespace weft {
 
-// Thread safety: gRPC calls from many threads. Keepers and queue must outlive the service.
+// Thread safety: gRPC calls from many threads. Stores and queue must outlive the service.
 class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Takes::Service> {
  public:
-  TakeService(TakeKeeper& takes, SessionKeeper& sessions, JobQueue& jobs, FindCaller caller)
+  TakeService(TakeStore& takes, SessionRegistry& sessions, JobQueue& jobs, FindCaller caller)
       : takes_(takes), sessions_(sessions), jobs_(jobs), caller_(std::move(caller)) {}
 
   grpc::Status StartTake(grpc::ServerContext* context, const v1::StartTakeRequest* request,
@@ -55,8 +55,8 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
   std::mutex looking_;
   std::map<std::string, Look> looks_;  // by take
 
-  TakeKeeper& takes_;
-  SessionKeeper& sessions_;
+  TakeStore& takes_;
+  SessionRegistry& sessions_;
   JobQueue& jobs_;
   const FindCaller caller_;
 };

@@ -89,17 +89,17 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   // The daemon's own end is no fault of the frames that ran.
   for (size_t i = 0; i < live->infos().size(); ++i) {
     if (live->infos()[i].state() != v1::FRAME_STATE_RUNNING) continue;
-    live->life.frames().GiveBack(i, JobFrames::Attempt::kDaemonKilled);
-    Remember(*live, i);
+    live->life.frames().Requeue(i, JobFrames::Attempt::kDaemonKilled);
+    Persist(*live, i);
   }
-  if (live->life.ends_early()) live->life.CancelWaiting([](size_t) { return false; });
+  if (live->life.is_aborted()) live->life.CancelWaiting([](size_t) { return false; });
   if (damaged && named.ok()) SaveAll(*live);
   spdlog::info("job {} is resumed: {} frames left", live->job().id(), live->life.frames().FramesLeft());
-  if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));
+  if (!named.ok()) Abort(live, v1::JOB_STATE_FAILED, std::string(named.message()));
   const v1::FrameCounts counts = live->life.frames().Counts();
   FollowSoon(*live);
   // While it follows a take, its frames are registered by themselves, which is not what its results will be.
-  if (options_.find_incomplete && !live->life.ends_early() && !live->life.following() &&
+  if (options_.find_incomplete && !live->life.is_aborted() && !live->life.following() &&
       counts.done() + counts.degraded() + counts.failed() > 0) {
     live->checking = true;
     Defer(live, [this, live] { CheckResults(live); });
@@ -244,7 +244,7 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
   Lock lock(mutex_);
   const auto live = FindLive(job_id);
   if (live == nullptr) return catalogue_->ReadJob(job_id);
-  EndEarly(live, v1::JOB_STATE_CANCELLED, "cancelled");
+  Abort(live, v1::JOB_STATE_CANCELLED, "cancelled");
   UnlockAndTell(lock);
   lock.lock();
   job_ended_.wait_for(lock, kCancelPatience, [&] { return live->ended || stopping_; });
@@ -292,7 +292,7 @@ absl::StatusOr<v1::Job> JobQueue::SetPriority(const std::string& job_id, int pri
            (theirs.priority() == priority && theirs.created_unix_ns() > live->job().created_unix_ns());
   });
   jobs_.insert(later, live);
-  RememberJob(*live);
+  PersistJob(*live);
   Schedule();
   v1::Job job = live->life.Describe();
   UnlockAndTell(lock);
@@ -330,7 +330,7 @@ void JobQueue::Unsubscribe(int64_t watcher) {
   Forget(job);
 }
 
-JobQueue::News JobQueue::TakeNews(int64_t watcher) {
+JobQueue::News JobQueue::PollUpdates(int64_t watcher) {
   const Lock lock(mutex_);
   News news;
   news.stopping = stopping_;

@@ -107,7 +107,7 @@ class JobQueue {
     bool ended = false;                   // the update is the last one
     bool stopping = false;                // the daemon shuts down
   };
-  News TakeNews(int64_t watcher);
+  News PollUpdates(int64_t watcher);
 
   // The ended jobs. Finishes what a daemon that was killed was at.
   std::vector<Holding> EndedHoldings();
@@ -176,10 +176,10 @@ class JobQueue {
   void OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event);
   void ReturnFrames(RunningTask& task, const TaskEnd& end);
   void BlameWorker(RunningTask& task, const std::string& reason);
-  void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
+  void Quarantine(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
   void WaitForRoom(LiveJob& job, const std::string& reason);
   void Note(LiveJob& job, const std::string& text);
-  void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
+  void Abort(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
   // Takes that are being recorded (job_queue_live.cpp).
   void FollowSoon(LiveJob& job);
   void AddFrames(const std::shared_ptr<LiveJob>& job, const TakeProgress& progress);
@@ -192,8 +192,8 @@ class JobQueue {
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
   void FinishIfDone(const std::shared_ptr<LiveJob>& job);
   // Writing down and telling (job_queue_save.cpp).
-  void Remember(LiveJob& job, size_t position);
-  void RememberJob(LiveJob& job);
+  void Persist(LiveJob& job, size_t position);
+  void PersistJob(LiveJob& job);
   void NoteSaved(LiveJob& job, const absl::Status& status);
   void SaveAll(LiveJob& job);
   void SaveAgain();

@@ -33,7 +33,7 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
   if (!live->take) live->take = std::make_unique<TakeFollower>(take);
   const absl::StatusOr<const TakeProgress*> progress = live->take->Look();
   Lock lock(mutex_);
-  if (live->ended || live->life.ends_early() || stopping_) return;
+  if (live->ended || live->life.is_aborted() || stopping_) return;
   live->take_settled = settled;
   if (!settled) {
     if (live->job().message().empty()) {
@@ -46,7 +46,7 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
     AddFrames(live, **progress);
     FinishIfDone(live);
   } else {
-    EndEarly(live, v1::JOB_STATE_FAILED, std::string(progress.status().message()));
+    Abort(live, v1::JOB_STATE_FAILED, std::string(progress.status().message()));
   }
   Schedule();
   UnlockAndTell(lock);
@@ -89,7 +89,7 @@ void JobQueue::AddFrames(const std::shared_ptr<LiveJob>& live, const TakeProgres
 }
 
 void JobQueue::StopFollowingIfIdle(const std::shared_ptr<LiveJob>& live) {
-  if (!live->life.following() || !live->take_closed || live->life.ends_early() || HasTasks(*live)) return;
+  if (!live->life.following() || !live->take_closed || live->life.is_aborted() || HasTasks(*live)) return;
   live->life.StopFollowing(KindOf(live->job().spec()).is_refined_later());
   spdlog::info("job {}: its take has ended with {} frame sets", live->job().id(), live->infos().size());
   ++live->version;

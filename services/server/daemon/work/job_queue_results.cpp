@@ -9,27 +9,27 @@ namespace weft {
 namespace {
 
 // A daemon that was killed lets go a moment later.
-constexpr std::chrono::milliseconds kPatience{200};
+constexpr std::chrono::milliseconds kLockTimeout{200};
 
 }  // namespace
 
 // Takes the lock of its folder, or ends the job; where the disk has no room the job waits.
 bool JobQueue::HoldsFolder(const std::shared_ptr<LiveJob>& job) {
-  const absl::Status status = job->folder.Take(kPatience);
+  const absl::Status status = job->folder.Take(kLockTimeout);
   if (absl::IsResourceExhausted(status)) {
     WaitForRoom(*job, std::string(status.message()));
   } else if (!status.ok()) {
-    EndEarly(job, v1::JOB_STATE_FAILED, std::string(status.message()));
+    Abort(job, v1::JOB_STATE_FAILED, std::string(status.message()));
   }
   return status.ok();
 }
 
 void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
   if (job->ended || job->checking || job->finishing || job->start_again || HasTasks(*job) ||
-      !job->life.frames().AllDealtWith())
+      !job->life.frames().AllProcessed())
     return;
-  if (job->life.following() && !job->life.ends_early()) return;
-  if (options_.find_incomplete && !job->checked && !job->life.ends_early()) {
+  if (job->life.following() && !job->life.is_aborted()) return;
+  if (options_.find_incomplete && !job->checked && !job->life.is_aborted()) {
     job->checking = true;
     Defer(job, [this, job] { CheckResults(job); });
     return;
@@ -53,11 +53,11 @@ void JobQueue::CheckResults(const std::shared_ptr<LiveJob>& live) {
   if (absl::IsResourceExhausted(incomplete.status())) {
     WaitForRoom(*live, std::string(incomplete.status().message()));
   } else if (!incomplete.ok()) {
-    EndEarly(live, v1::JOB_STATE_FAILED, std::string(incomplete.status().message()));
-  } else if (!live->life.ends_early() && !incomplete->empty()) {
+    Abort(live, v1::JOB_STATE_FAILED, std::string(incomplete.status().message()));
+  } else if (!live->life.is_aborted() && !incomplete->empty()) {
     RegisterAgain(live, *incomplete);
   } else {
-    live->checked = live->life.frames().AllDealtWith();
+    live->checked = live->life.frames().AllProcessed();
   }
   FinishIfDone(live);
   Schedule();
@@ -71,10 +71,10 @@ void JobQueue::RegisterAgain(const std::shared_ptr<LiveJob>& job,
                  job->infos()[frame.position].frame(), frame.why);
   }
   if (const absl::Status status = job->life.DoAgain(frames); !status.ok()) {
-    EndEarly(job, v1::JOB_STATE_FAILED, std::string(status.message()));
+    Abort(job, v1::JOB_STATE_FAILED, std::string(status.message()));
     return;
   }
-  for (const IncompleteFrame& frame : frames) Remember(*job, frame.position);
+  for (const IncompleteFrame& frame : frames) Persist(*job, frame.position);
 }
 
 // Watchers are told of the end when job.json and report.html can be fetched.

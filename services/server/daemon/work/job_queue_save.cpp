@@ -20,13 +20,13 @@ constexpr std::chrono::seconds kBackupPeriod{60};
 
 // Watchers are told of states that the disk has not taken yet: a restart does those frames again. The end of
 // a job is told when it is written down (Conclude).
-void JobQueue::Remember(LiveJob& live, size_t position) {
+void JobQueue::Persist(LiveJob& live, size_t position) {
   if (!live.unsaved)
     NoteSaved(live, catalogue_->UpdateFrame(live.job().id(), position, live.infos()[position]));
   MarkChanged(live);
 }
 
-void JobQueue::RememberJob(LiveJob& live) {
+void JobQueue::PersistJob(LiveJob& live) {
   ++live.version;
   if (!live.unsaved) NoteSaved(live, catalogue_->UpdateJob(live.life.Describe()));
   MarkChanged(live);

@@ -18,7 +18,7 @@ namespace weft {
 namespace {
 
 // The frame's own report, since no worker is left to write it.
-absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) {
+absl::Status WriteQuarantineReport(const v1::Job& job, const v1::FrameInfo& info) {
   v1::FrameReport report;
   report.set_frame(info.frame());
   report.set_state(info.state());
@@ -75,7 +75,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   if (!status.ok()) {
     spdlog::error("task {} cannot be started: {}", id, std::string(status.message()));
     for (const size_t position : running->positions) {
-      job->life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
+      job->life.frames().Requeue(position, JobFrames::Attempt::kRefunded);
     }
     return false;
   }
@@ -83,7 +83,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   tasks_[id] = std::move(running);
   turns_.Begin(job->caller());
   job->life.SetTaskLogs(executor_->LogFolder(job->job().id()));
-  if (job->life.Start()) RememberJob(*job);
+  if (job->life.Start()) PersistJob(*job);
   return true;
 }
 
@@ -100,13 +100,13 @@ std::optional<TaskListener> JobQueue::TakeUpTask(const v1::Task& task) {
   if (absl::SimpleAtoi(task.id().substr(task.id().rfind('.') + 1), &number))
     next_task_ = std::max(next_task_, number + 1);
   const std::shared_ptr<LiveJob> job = FindLive(task.job_id());
-  if (job == nullptr || job->ended || job->life.ends_early() || job->life.following()) return std::nullopt;
+  if (job == nullptr || job->ended || job->life.is_aborted() || job->life.following()) return std::nullopt;
   auto running = std::make_unique<RunningTask>();
   running->job = job;
   running->is_taken_up = true;
   for (const std::string& frame : task.frames()) {
     const std::optional<size_t> position = job->life.frames().Find(frame);
-    if (position && !job->life.frames().DealtWith(*position)) running->positions.push_back(*position);
+    if (position && !job->life.frames().IsProcessed(*position)) running->positions.push_back(*position);
   }
   if (running->positions.empty() || !HoldsFolder(job)) return std::nullopt;
   for (const size_t position : running->positions) job->life.frames().Take(position);
@@ -114,7 +114,7 @@ std::optional<TaskListener> JobQueue::TakeUpTask(const v1::Task& task) {
   tasks_[task.id()] = std::move(running);
   turns_.Begin(job->caller());
   job->life.SetTaskLogs(executor_->LogFolder(task.job_id()));
-  if (job->life.Start()) RememberJob(*job);
+  if (job->life.Start()) PersistJob(*job);
   return ListenerOf(task.id());
 }
 
@@ -145,7 +145,7 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
                                                     : event.finished().frame();
   const std::optional<size_t> position = job.life.frames().Find(frame);
   if (!position || std::count(task.positions.begin(), task.positions.end(), *position) == 0 ||
-      job.life.frames().DealtWith(*position)) {
+      job.life.frames().IsProcessed(*position)) {
     if (task.is_taken_up) return;
     spdlog::warn("job {}: a worker speaks of frame \"{}\", which is not its own", job.job().id(), frame);
     return;
@@ -154,7 +154,7 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   task.began = true;
   job.failed_starts = 0;
   if (event.has_finished()) job.pause = std::chrono::seconds(1);
-  if (event.has_finished() && !job.life.ends_early()) job.life.SetMessage("");
+  if (event.has_finished() && !job.life.is_aborted()) job.life.SetMessage("");
   if (event.has_advanced()) {
     if (running) job.life.frames().Advance(*position, event.advanced().share_done());
     MarkChanged(job);
@@ -170,7 +170,7 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
     spdlog::debug("job {}: frame {} {} {}", job.job().id(), frame,
                   v1::FrameState_Name(event.finished().state()), event.finished().reason());
   }
-  Remember(job, *position);
+  Persist(job, *position);
 }
 
 void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
@@ -194,27 +194,27 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
 
 void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   LiveJob& job = *task.job;
-  std::erase_if(task.positions, [&job](size_t position) { return job.life.frames().DealtWith(position); });
+  std::erase_if(task.positions, [&job](size_t position) { return job.life.frames().IsProcessed(position); });
   // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
   const bool no_room =
       end.refused || (task.error && IsFullDisk(*task.error)) || LacksThreads(task.error, end);
   const bool given_up = task.error && task.error->code() != "CANCELLED" && !no_room;
-  if (given_up && !stopping_) EndEarly(task.job, v1::JOB_STATE_FAILED, task.error->message());
-  if (job.life.ends_early()) {
+  if (given_up && !stopping_) Abort(task.job, v1::JOB_STATE_FAILED, task.error->message());
+  if (job.life.is_aborted()) {
     for (const size_t position : task.positions) {
-      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.early_message());
+      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.abort_message());
     }
   } else if (!BeginsTasks()) {
     for (const size_t position : task.positions) {
-      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
+      job.life.frames().Requeue(position, JobFrames::Attempt::kRefunded);
     }
   } else if (no_room) {
     for (const size_t position : task.positions)
-      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
+      job.life.frames().Requeue(position, JobFrames::Attempt::kRefunded);
     WaitForRoom(job, task.error ? task.error->message() : end.reason);
   } else if (end.lost) {
     for (const size_t position : task.positions)
-      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
+      job.life.frames().Requeue(position, JobFrames::Attempt::kRefunded);
     if (!task.positions.empty()) {
       Note(job, absl::StrCat(task.positions.size(), task.positions.size() == 1 ? " frame is" : " frames are",
                              " registered again: ", end.reason));
@@ -222,7 +222,7 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   } else if (!task.positions.empty()) {
     BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
   }
-  for (const size_t position : task.positions) Remember(job, position);
+  for (const size_t position : task.positions) Persist(job, position);
 }
 
 void JobQueue::OnTaskWaits(const std::string& task_id, const std::string& why) {
@@ -231,10 +231,10 @@ void JobQueue::OnTaskWaits(const std::string& task_id, const std::string& why) {
   if (found == tasks_.end()) return;
   LiveJob& job = *found->second->job;
   const std::string message = EscapedText(why);
-  if (job.life.ends_early() || job.job().message() == message) return;
+  if (job.life.is_aborted() || job.job().message() == message) return;
   spdlog::info("job {}: {}", job.job().id(), message);
   job.life.SetMessage(message);
-  RememberJob(job);
+  PersistJob(job);
   UnlockAndTell(lock);
 }
 
@@ -253,7 +253,7 @@ void JobQueue::Note(LiveJob& job, const std::string& text) {
   if (++job.notes > kMostNotes) return;
   job.life.AddWarning(job.notes == kMostNotes ? "more about its tasks is in the log of weftd"
                                               : EscapedText(text));
-  RememberJob(job);
+  PersistJob(job);
 }
 
 int JobQueue::FramesRunning(const RunningTask& task) const {
@@ -300,7 +300,7 @@ void JobQueue::WaitForRoom(LiveJob& job, const std::string& reason) {
   job.life.SetMessage(absl::StrCat("waits until there is room: ", EscapedText(reason)));
   WakeAt(job.start_again, std::chrono::steady_clock::now() + job.pause);
   job.pause = std::min(2 * job.pause, kLongestPause);
-  RememberJob(job);
+  PersistJob(job);
 }
 
 // The worker ended before its time: who is to blame is the frame at which it was, or the first that it had
@@ -309,9 +309,9 @@ void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
   LiveJob& job = *task.job;
   spdlog::warn("job {}: a worker ended abnormally: {}", job.job().id(), reason);
   if (!task.began && ++job.failed_starts >= kMaxAttempts) {
-    EndEarly(task.job, v1::JOB_STATE_FAILED, absl::StrCat("its workers end before they begin: ", reason));
+    Abort(task.job, v1::JOB_STATE_FAILED, absl::StrCat("its workers end before they begin: ", reason));
     for (const size_t position : task.positions) {
-      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.early_message());
+      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.abort_message());
     }
     return;
   }
@@ -322,37 +322,37 @@ void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
   if (blamed == task.positions.end()) blamed = task.positions.begin();
   for (auto it = task.positions.begin(); it != task.positions.end(); ++it) {
     if (it != blamed || !task.began) {
-      job.life.frames().GiveBack(*it, JobFrames::Attempt::kRefunded);
+      job.life.frames().Requeue(*it, JobFrames::Attempt::kRefunded);
       continue;
     }
     if (!is_running(*it)) job.life.frames().Start(*it);
     if (job.infos()[*it].attempts() < kMaxAttempts) {
-      job.life.frames().GiveBack(*it, JobFrames::Attempt::kCounts);
+      job.life.frames().Requeue(*it, JobFrames::Attempt::kCounts);
     } else {
-      SetAside(task.job, *it, reason);
+      Quarantine(task.job, *it, reason);
     }
   }
 }
 
-void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason) {
+void JobQueue::Quarantine(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason) {
   const int attempts = job->infos()[position].attempts();
   job->life.frames().End(
       position, v1::FRAME_STATE_FAILED,
       absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", EscapedText(reason)));
   ++frames_failed_;
-  Remember(*job, position);
+  Persist(*job, position);
   const v1::FrameInfo info = job->infos()[position];
   spdlog::error("job {}: frame {} is set aside: {}", job->job().id(), info.frame(), info.reason());
   Defer(job, [job_copy = job->job(), info] {
-    const absl::Status status = WriteSetAsideReport(job_copy, info);
+    const absl::Status status = WriteQuarantineReport(job_copy, info);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   });
 }
 
-void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message) {
-  if (job->ended || job->finishing || job->life.ends_early()) return;
+void JobQueue::Abort(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message) {
+  if (job->ended || job->finishing || job->life.is_aborted()) return;
   spdlog::info("job {} ends early: {}", job->job().id(), message);
-  job->life.EndEarly(state, message);
+  job->life.Abort(state, message);
   job->start_again.reset();  // its end need not wait for what its tasks waited for
   // Frames of running tasks come back when those have ended.
   std::vector<bool> in_task(job->infos().size());
@@ -362,9 +362,9 @@ void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state,
     executor_->Stop(id);
   }
   job->life.CancelWaiting([&in_task](size_t position) { return in_task[position]; });
-  job->life.SetMessage(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->life.early_message());
+  job->life.SetMessage(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->life.abort_message());
   // Before any frame: a daemon that is killed from here on must not take up half of them.
-  RememberJob(*job);
+  PersistJob(*job);
   FinishIfDone(job);
 }
 

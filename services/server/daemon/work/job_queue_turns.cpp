@@ -43,7 +43,7 @@ std::shared_ptr<JobQueue::LiveJob> JobQueue::NextJob(const std::set<std::string>
 }
 
 bool JobQueue::MayBeginTask(const LiveJob& job) const {
-  if (job.ended || job.life.ends_early() || job.checking || job.start_again) return false;
+  if (job.ended || job.life.is_aborted() || job.checking || job.start_again) return false;
   if ((job.life.following() && !job.take_settled) || !job.life.frames().HasWaiting()) return false;
   return KindOf(job.job().spec()).order() == WorkKind::Order::kApart || !HasTasks(job);
 }

@@ -72,7 +72,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   // The functions below need the lock.
   void WriteNews() {
     if (writing_ || finished_) return;
-    JobQueue::News news = queue_.TakeNews(watcher_);
+    JobQueue::News news = queue_.PollUpdates(watcher_);
     if (news.stopping) {
       return End({grpc::StatusCode::UNAVAILABLE, "the daemon is shutting down"});
     }

@@ -14,8 +14,8 @@ namespace weft {
 
 // Streams the job's news; deletes itself when the stream has ended, also when the client has gone or takes no
 // news for `patience`. The queue must outlive the server.
-grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(grpc::CallbackServerContext* context, JobQueue& queue,
-                                                  const std::string& job_id,
-                                                  std::chrono::milliseconds patience = StallWatch::kPatience);
+grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(
+    grpc::CallbackServerContext* context, JobQueue& queue, const std::string& job_id,
+    std::chrono::milliseconds patience = StallWatch::kReadTimeout);
 
 }  // namespace weft

@@ -33,7 +33,7 @@ TEST(FreedMemory, GoesBackToTheKernel) {
 #endif
   constexpr size_t kMib = size_t{1} << 20, kPiece = size_t{16} << 10;
   FreedMemory freed;
-  freed.GiveBack();
+  freed.Requeue();
   const size_t before = ResidentBytes();
   std::vector<std::vector<char>> pieces(128 * kMib / kPiece);
   for (std::vector<char>& piece : pieces) piece.assign(kPiece, 1);
@@ -41,7 +41,7 @@ TEST(FreedMemory, GoesBackToTheKernel) {
   const std::vector<char> last(kPiece, 1);
   pieces.clear();
   ASSERT_GT(ResidentBytes(), before + 100 * kMib);
-  freed.GiveBack();
+  freed.Requeue();
   EXPECT_LT(ResidentBytes(), before + 16 * kMib);
 }
 

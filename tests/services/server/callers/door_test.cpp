@@ -93,7 +93,7 @@ TEST_F(DoorTest, OneWhoIsKnownDoesNotTakeAllPlaces) {
 }
 
 TEST_F(DoorTest, RequestsThatAreLeftUnfinishedKeepTheirPeerOut) {
-  for (int i = 0; i < PeerBudget::kMostOffences; ++i) Go(Come("10.0.0.1"), true);
+  for (int i = 0; i < PeerBudget::kMostViolations; ++i) Go(Come("10.0.0.1"), true);
   EXPECT_EQ(Come("10.0.0.1"), 0U);
   EXPECT_NE(Come("10.0.0.2"), 0U);
   now_ += PeerBudget::kKeptOut;

@@ -35,10 +35,10 @@ TEST(PeerBudget, CountsEachPeerForItself) {
 
 TEST(PeerBudget, KeepsOutWhoOffendsAgainAndAgain) {
   PeerBudget budget;
-  EXPECT_FALSE(budget.Offend("10.0.0.5", 1, kStart));
-  EXPECT_FALSE(budget.Offend("10.0.0.5", 1, kStart + seconds(1)));
+  EXPECT_FALSE(budget.Violate("10.0.0.5", 1, kStart));
+  EXPECT_FALSE(budget.Violate("10.0.0.5", 1, kStart + seconds(1)));
   EXPECT_TRUE(budget.Admit("10.0.0.5", kStart + seconds(1)));
-  EXPECT_TRUE(budget.Offend("10.0.0.5", 1, kStart + seconds(2)));
+  EXPECT_TRUE(budget.Violate("10.0.0.5", 1, kStart + seconds(2)));
   EXPECT_TRUE(budget.IsKeptOut("10.0.0.5", kStart + seconds(31)));
   EXPECT_FALSE(budget.Admit("10.0.0.5", kStart + seconds(31)));
   EXPECT_FALSE(budget.IsKeptOut("10.0.0.6", kStart + seconds(3)));
@@ -49,13 +49,13 @@ TEST(PeerBudget, KeepsOutWhoOffendsAgainAndAgain) {
 TEST(PeerBudget, ForgetsOffencesOfLongAgo) {
   PeerBudget budget;
   for (int i = 0; i < 10; ++i) {
-    EXPECT_FALSE(budget.Offend("10.0.0.5", 1, kStart + i * (PeerBudget::kRemembered + seconds(1))));
+    EXPECT_FALSE(budget.Violate("10.0.0.5", 1, kStart + i * (PeerBudget::kRemembered + seconds(1))));
   }
 }
 
 TEST(PeerBudget, RemembersWhoIsKeptOutThroughAFloodOfAddresses) {
   PeerBudget budget;
-  ASSERT_TRUE(budget.Offend("10.0.0.5", PeerBudget::kMostOffences, kStart));
+  ASSERT_TRUE(budget.Violate("10.0.0.5", PeerBudget::kMostViolations, kStart));
   // Each address comes once.
   for (size_t i = 0; i < 5 * PeerBudget::kMostPeers; ++i) {
     EXPECT_TRUE(budget.Admit(absl::StrCat("fe80::", i), kStart + seconds(1)));

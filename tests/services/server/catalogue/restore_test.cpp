@@ -86,7 +86,7 @@ class RestoreTest : public ::testing::Test {
   }
 
   // The set-aside files of that kind.
-  std::vector<std::string> SetAside(const std::string& kind) {
+  std::vector<std::string> Quarantine(const std::string& kind) {
     std::vector<std::string> found;
     for (const auto& entry : fs::directory_iterator(folder_.path())) {
       const std::string name = entry.path().filename();
@@ -105,7 +105,7 @@ TEST_F(RestoreTest, ASoundCatalogueIsLeftAlone) {
   const auto catalogue = Open();
   EXPECT_TRUE(catalogue->warnings().empty());
   ExpectWhole(*catalogue);
-  EXPECT_TRUE(SetAside("damaged").empty());
+  EXPECT_TRUE(Quarantine("damaged").empty());
 }
 
 TEST_F(RestoreTest, AnEmptiedOrRemovedFileIsRestoredFromItsBackup) {
@@ -228,7 +228,7 @@ TEST_F(RestoreTest, WithoutABackupAllRowsOutsideTheDamageAreKept) {
     if (kept > 0) {
       EXPECT_GE(kept, 10u * kRestoredFrames - 60) << "of " << 10 * kRestoredFrames;
     }
-    EXPECT_FALSE(SetAside("damaged").empty());
+    EXPECT_FALSE(Quarantine("damaged").empty());
   }
   // The page that says where those of the frames are; a job that goes on takes its frames from its inputs
   // then.
@@ -316,7 +316,7 @@ TEST_F(RestoreTest, ACatalogueOfTheFirstSchemaIsUpgraded) {
   const auto jobs = catalogue->ListJobs(10);
   ASSERT_EQ(jobs->size(), 2u);
   EXPECT_EQ((*jobs)[1].warnings(0), "c\\xff\\xfe.png");
-  EXPECT_EQ(SetAside("older").size(), 1u);
+  EXPECT_EQ(Quarantine("older").size(), 1u);
 }
 
 }  // namespace

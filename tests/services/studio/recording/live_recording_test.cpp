@@ -22,7 +22,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // A machine with other things to do starts threads late, but not by minutes.
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kRecordingTimeout{60};
 constexpr int64_t kPeriod_ns = 100'000'000;
 
 // Those who come wait until all are there.
@@ -34,7 +34,7 @@ class MeetingPoint {
     ++here_;
     changed_.notify_all();
     const auto is_over = [&] { return here_ >= expected_ || has_waited_in_vain_; };
-    if (!changed_.wait_for(lock, kPatience, is_over)) has_waited_in_vain_ = true;
+    if (!changed_.wait_for(lock, kRecordingTimeout, is_over)) has_waited_in_vain_ = true;
   }
   bool has_met() {
     const std::lock_guard lock(mutex_);

@@ -40,14 +40,14 @@ TEST(JobFrames, ChunksShrinkTowardsTheEndAndCoverEveryFrameOnce) {
   ASSERT_EQ(all.size(), 100u);
   for (size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i], i);
   EXPECT_THAT(frames.TakeChunk(2), IsEmpty());
-  EXPECT_FALSE(frames.AllDealtWith());
+  EXPECT_FALSE(frames.AllProcessed());
 }
 
 TEST(JobFrames, ACrashedFrameComesLastAndAlone) {
   JobFrames frames = MakeFrames(3);
   ASSERT_THAT(frames.TakeChunk(2), ElementsAre(0));
   frames.Start(0);
-  frames.GiveBack(0, JobFrames::Attempt::kCounts);
+  frames.Requeue(0, JobFrames::Attempt::kCounts);
   EXPECT_EQ(frames.infos()[0].attempts(), 1);
   EXPECT_THAT(frames.TakeChunk(2), ElementsAre(1));
   EXPECT_THAT(frames.TakeChunk(2), ElementsAre(2));
@@ -58,7 +58,7 @@ TEST(JobFrames, AFrameThatRanWhenTheDaemonWasKilledComesLastAndKeepsItsAttempts)
   JobFrames frames = MakeFrames(3);
   ASSERT_THAT(frames.TakeChunk(2), ElementsAre(0));
   frames.Start(0);
-  frames.GiveBack(0, JobFrames::Attempt::kDaemonKilled);
+  frames.Requeue(0, JobFrames::Attempt::kDaemonKilled);
   EXPECT_EQ(frames.infos()[0].attempts(), 0);
   EXPECT_THAT(frames.TakeChunk(2), ElementsAre(1));
   EXPECT_THAT(frames.TakeChunk(2), ElementsAre(2));
@@ -78,7 +78,7 @@ TEST(JobFrames, FramesThatFollowEachOtherAreTakenInOrderCrashedOnesToo) {
   frames.Finish(0, Result(v1::FRAME_STATE_DONE));
   frames.Start(1);
   for (const size_t crashed_or_after : {1, 2, 3, 4})
-    frames.GiveBack(crashed_or_after, JobFrames::Attempt::kCounts);
+    frames.Requeue(crashed_or_after, JobFrames::Attempt::kCounts);
   EXPECT_EQ(frames.infos()[1].attempts(), 1);
   EXPECT_THAT(frames.TakeAll(), ElementsAre(1, 2, 3, 4));
 }
@@ -87,7 +87,7 @@ TEST(JobFrames, ARefundedAttemptLeavesTheFrameAsNew) {
   JobFrames frames = MakeFrames(1);
   frames.TakeChunk(1);
   frames.Start(0);
-  frames.GiveBack(0, JobFrames::Attempt::kRefunded);
+  frames.Requeue(0, JobFrames::Attempt::kRefunded);
   EXPECT_EQ(frames.infos()[0].attempts(), 0);
   EXPECT_TRUE(frames.HasWaiting());
 }

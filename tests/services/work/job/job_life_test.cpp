@@ -72,8 +72,8 @@ TEST_F(JobLifeTest, NamesTheFirstFailureWhenNoneIsRegistered) {
 TEST_F(JobLifeTest, CancelsWhatIsLeftOfAJobThatEndsEarly) {
   Finish(0, v1::FRAME_STATE_DONE);
   life_.frames().Start(1);
-  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
-  life_.EndEarly(v1::JOB_STATE_FAILED, "too late to matter");
+  life_.Abort(v1::JOB_STATE_CANCELLED, "cancelled");
+  life_.Abort(v1::JOB_STATE_FAILED, "too late to matter");
   const v1::Job job = life_.Outcome({});
   EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
   EXPECT_EQ(job.message(), "cancelled");
@@ -84,11 +84,11 @@ TEST_F(JobLifeTest, CancelsWhatIsLeftOfAJobThatEndsEarly) {
 
 TEST_F(JobLifeTest, AnEarlyEndIsWrittenDownBeforeItsFrames) {
   Finish(0, v1::FRAME_STATE_DONE);
-  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+  life_.Abort(v1::JOB_STATE_CANCELLED, "cancelled");
   const v1::Job written = life_.Describe();
   EXPECT_EQ(written.ends_as(), v1::JOB_STATE_CANCELLED);
   JobLife resumed(written, life_.frames().infos());
-  EXPECT_TRUE(resumed.ends_early());
+  EXPECT_TRUE(resumed.is_aborted());
   resumed.CancelWaiting([](size_t position) { return position == 2; });
   EXPECT_EQ(resumed.frames().infos()[1].state(), v1::FRAME_STATE_CANCELLED);
   EXPECT_EQ(resumed.frames().infos()[2].state(), v1::FRAME_STATE_WAITING);
@@ -98,7 +98,7 @@ TEST_F(JobLifeTest, AnEarlyEndIsWrittenDownBeforeItsFrames) {
   EXPECT_EQ(job.ends_as(), v1::JOB_STATE_UNSPECIFIED);
   resumed.Conclude(job);
   EXPECT_TRUE(resumed.Retry());
-  EXPECT_FALSE(resumed.ends_early());
+  EXPECT_FALSE(resumed.is_aborted());
 }
 
 TEST_F(JobLifeTest, RegistersFramesAgainAFewTimes) {
@@ -144,7 +144,7 @@ TEST_F(JobLifeTest, WaitsAgainForItsFailedAndCancelledFrames) {
   EXPECT_FALSE(life_.Retry());
   Finish(0, v1::FRAME_STATE_DONE);
   Finish(1, v1::FRAME_STATE_FAILED, "dark");
-  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+  life_.Abort(v1::JOB_STATE_CANCELLED, "cancelled");
   life_.Conclude(life_.Outcome({}));
   ASSERT_TRUE(life_.Retry());
   const v1::Job job = life_.Describe();
@@ -154,7 +154,7 @@ TEST_F(JobLifeTest, WaitsAgainForItsFailedAndCancelledFrames) {
   EXPECT_EQ(job.frames().done(), 1);
   EXPECT_EQ(life_.frames().infos()[1].attempts(), 0);
   EXPECT_LT(job.remaining_s(), 0);
-  EXPECT_FALSE(life_.ends_early());
+  EXPECT_FALSE(life_.is_aborted());
 
   EXPECT_TRUE(life_.Start());
   Finish(1, v1::FRAME_STATE_DONE);

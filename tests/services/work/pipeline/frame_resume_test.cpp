@@ -88,7 +88,7 @@ class FrameResumeTest : public ::testing::Test {
   std::string File(const char* name) const { return out_ + "/f0/" + name; }
   // "align: why"; "stands" for a whole frame.
   std::string Standing() const {
-    const FrameStanding standing = InspectFrame(inputs_, 0, *options_, out_);
+    const CachedStages standing = InspectFrame(inputs_, 0, *options_, out_);
     return standing.redo ? std::string(StageName(*standing.redo)) + ": " + standing.why : "stands";
   }
 
@@ -142,8 +142,8 @@ TEST_F(FrameResumeTest, BeginsEarlierWhereFilesAreDamaged) {
 TEST_F(FrameResumeTest, MakesTheMeshAgainFromTheUnrefinedOne) {
   std::filesystem::remove(File("mesh.ply"));
   EXPECT_EQ(Standing(), "refine: mesh.ply is missing");
-  const FrameStanding standing = InspectFrame(inputs_, 0, *options_, out_);
-  const auto report = GoOnFrom(standing, inputs_, 0, *options_, out_, {}, {});
+  const CachedStages standing = InspectFrame(inputs_, 0, *options_, out_);
+  const auto report = ResumeFrom(standing, inputs_, 0, *options_, out_, {}, {});
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(ReadBytes(File("mesh.ply")), ReadBytes(File("unrefined.ply")));
   EXPECT_FALSE(report->has_temporal()) << "it is to be refined again";
@@ -166,12 +166,14 @@ TEST_F(FrameResumeTest, APcdThatWasNotWrittenNeedsTheCloudAlone) {
   });
   EXPECT_EQ(Standing(), "refine: cloud.pcd was not written");
   WEFT_SKIP_WITHOUT_PCL();
-  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  ASSERT_TRUE(
+      ResumeFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
   EXPECT_EQ(Standing(), "stands");
   WriteBytes(File("cloud.pcd"), "damaged");
   EXPECT_EQ(Standing(), "refine: cloud.pcd is not as it was written");
   Ask([](v1::RegistrationOptions&) {});
-  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  ASSERT_TRUE(
+      ResumeFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
   EXPECT_FALSE(std::filesystem::exists(File("cloud.pcd"))) << "damaged, and nobody wants it";
   EXPECT_EQ(Standing(), "stands");
 }
@@ -180,13 +182,15 @@ TEST_F(FrameResumeTest, FramesThatAreToStandAloneGetTheirOwnMeshAndBack) {
   const std::string own = ReadBytes(File("unrefined.ply"));
   Ask([](v1::RegistrationOptions& options) { options.set_frames_alone(true); });
   EXPECT_EQ(Standing(), "refine: refine is not done any more");
-  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  ASSERT_TRUE(
+      ResumeFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
   EXPECT_FALSE(std::filesystem::exists(File("unrefined.ply")));
   EXPECT_EQ(ReadBytes(File("mesh.ply")), own);
   EXPECT_EQ(Standing(), "stands");
   Ask([](v1::RegistrationOptions&) {});
   EXPECT_EQ(Standing(), "refine: refine was not done");
-  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  ASSERT_TRUE(
+      ResumeFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
   EXPECT_EQ(ReadBytes(File("unrefined.ply")), own);
   EXPECT_EQ(Standing(), "stands");
 }

@@ -92,10 +92,10 @@ class Files final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::Se
   grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,
                                                        const v1::FetchResultRequest*) override {
     return SendFile(
-        context, "FetchResult", [this] { return FilePieces::Open(folder_, "file", {}); }, kPatience);
+        context, "FetchResult", [this] { return FilePieces::Open(folder_, "file", {}); }, kReadTimeout);
   }
 
-  static constexpr std::chrono::milliseconds kPatience{1000};
+  static constexpr std::chrono::milliseconds kReadTimeout{1000};
 
  private:
   const ConfinedFolder folder_;
@@ -148,7 +148,7 @@ class Watches final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::
           chunk.set_file_bytes(1);
           return absl::StatusOr<v1::FileChunk>(chunk);
         },
-        [](const v1::FileChunk&) { return false; }, Files::kPatience);
+        [](const v1::FileChunk&) { return false; }, Files::kReadTimeout);
     watcher->Look();
     return watcher;
   }

@@ -115,7 +115,7 @@ TEST_F(ReceiveGuardTest, SaysNothingOfAnUploadThatItsClientGaveUp) {
   guard_.HeardCall(peer_);
   Send(100 << 10);
   ASSERT_FALSE(IsEnded());
-  guard_.HeardAll(peer_);
+  guard_.Drained(peer_);
   far_ = UniqueFd();
   EXPECT_FALSE(IsEnded());
 }
@@ -147,7 +147,7 @@ TEST_F(ReceiveGuardTest, ACallMayBringAWindowAndAMessageThatAreNotHeardYet) {
   guard_.HeardCall(peer_);
   Send(2 << 20);
   EXPECT_FALSE(IsEnded());
-  guard_.HeardAll(peer_);
+  guard_.Drained(peer_);
   EXPECT_TRUE(IsEnded());
 }
 

@@ -1,4 +1,4 @@
-#include "services/server/daemon/studio/session_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
 
 #include <spdlog/spdlog.h>
 
@@ -96,15 +96,15 @@ const char* StateWords(v1::CaptureSessionState state) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<SessionKeeper>> SessionKeeper::Create(const std::string& folder,
-                                                                     std::function<Clock::time_point()> now) {
+absl::StatusOr<std::unique_ptr<SessionRegistry>> SessionRegistry::Create(
+    const std::string& folder, std::function<Clock::time_point()> now) {
   WEFT_RETURN_IF_ERROR(CreateFolders(folder));
-  std::unique_ptr<SessionKeeper> keeper(new SessionKeeper(folder, std::move(now)));
+  std::unique_ptr<SessionRegistry> keeper(new SessionRegistry(folder, std::move(now)));
   keeper->Load();
   return keeper;
 }
 
-void SessionKeeper::Load() {
+void SessionRegistry::Load() {
   const std::lock_guard lock(mutex_);
   std::error_code error;
   for (const auto& file : std::filesystem::directory_iterator(folder_, error)) {
@@ -133,11 +133,11 @@ void SessionKeeper::Load() {
   }
 }
 
-absl::Status SessionKeeper::Write(const v1::CaptureSession& session) const {
+absl::Status SessionRegistry::Write(const v1::CaptureSession& session) const {
   return WriteJsonFile(FileOf(session.id()), session);
 }
 
-absl::Status SessionKeeper::End(Entry& entry, v1::CaptureSessionState state, const std::string& by) {
+absl::Status SessionRegistry::End(Entry& entry, v1::CaptureSessionState state, const std::string& by) {
   v1::CaptureSession ended = entry.session;
   ended.set_state(state);
   ended.set_ended_by(by);
@@ -148,7 +148,7 @@ absl::Status SessionKeeper::End(Entry& entry, v1::CaptureSessionState state, con
   return absl::OkStatus();
 }
 
-void SessionKeeper::EndExpired() {
+void SessionRegistry::EndExpired() {
   for (auto& [id, entry] : entries_) {
     if (!IsOpen(entry.session) || now_() < entry.expires) continue;
     if (absl::Status status = End(entry, v1::CAPTURE_SESSION_STATE_EXPIRED, ""); !status.ok()) {
@@ -160,15 +160,15 @@ void SessionKeeper::EndExpired() {
   }
 }
 
-v1::CaptureSession SessionKeeper::Shown(const Entry& entry) const {
+v1::CaptureSession SessionRegistry::Shown(const Entry& entry) const {
   v1::CaptureSession shown = entry.session;
   shown.clear_lease();
   if (IsOpen(shown)) shown.set_remaining_s(std::chrono::duration<double>(entry.expires - now_()).count());
   return shown;
 }
 
-std::vector<SessionKeeper::Entry*> SessionKeeper::OthersWith(const v1::Session& cameras,
-                                                             const std::string& id) {
+std::vector<SessionRegistry::Entry*> SessionRegistry::OthersWith(const v1::Session& cameras,
+                                                                 const std::string& id) {
   const std::set<std::string> wanted = DevicesOf(cameras);
   std::vector<Entry*> others;
   for (auto& [other_id, entry] : entries_) {
@@ -182,8 +182,8 @@ std::vector<SessionKeeper::Entry*> SessionKeeper::OthersWith(const v1::Session& 
   return others;
 }
 
-absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequest& request,
-                                                       const Caller& caller) {
+absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRequest& request,
+                                                         const Caller& caller) {
   WEFT_RETURN_IF_ERROR(CheckOpenRequest(request));
   const std::lock_guard lock(mutex_);
   EndExpired();
@@ -234,7 +234,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Open(const v1::OpenSessionRequ
   return session;
 }
 
-absl::StatusOr<SessionKeeper::Entry*> SessionKeeper::FindByLease(const std::string& lease) {
+absl::StatusOr<SessionRegistry::Entry*> SessionRegistry::FindByLease(const std::string& lease) {
   const auto found = entries_.find(lease.substr(0, lease.find('.')));
   if (found == entries_.end() || found->second.session.lease() != lease) {
     return FieldError(absl::StatusCode::kPermissionDenied,
@@ -243,7 +243,7 @@ absl::StatusOr<SessionKeeper::Entry*> SessionKeeper::FindByLease(const std::stri
   return &found->second;
 }
 
-absl::StatusOr<v1::CaptureSession> SessionKeeper::Renew(const std::string& lease) {
+absl::StatusOr<v1::CaptureSession> SessionRegistry::Renew(const std::string& lease) {
   const std::lock_guard lock(mutex_);
   EndExpired();
   WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
@@ -258,7 +258,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Renew(const std::string& lease
   return Shown(*entry);
 }
 
-absl::StatusOr<v1::CaptureSession> SessionKeeper::Close(const std::string& lease) {
+absl::StatusOr<v1::CaptureSession> SessionRegistry::Close(const std::string& lease) {
   const std::lock_guard lock(mutex_);
   EndExpired();
   WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
@@ -268,7 +268,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Close(const std::string& lease
   return Shown(*entry);
 }
 
-absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
+absl::StatusOr<v1::CaptureSession> SessionRegistry::Get(const std::string& id) {
   const std::lock_guard lock(mutex_);
   EndExpired();
   const auto found = entries_.find(id);
@@ -278,7 +278,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
       {"session_id", absl::StrCat("no session \"", EscapedText(id), "\""), "`weft session list` shows them"});
 }
 
-absl::StatusOr<v1::ListSessionsResponse> SessionKeeper::List(size_t limit, const std::string& page_token) {
+absl::StatusOr<v1::ListSessionsResponse> SessionRegistry::List(size_t limit, const std::string& page_token) {
   WEFT_RETURN_IF_ERROR(CheckPageToken(page_token));
   const std::lock_guard lock(mutex_);
   EndExpired();
@@ -299,15 +299,15 @@ absl::StatusOr<v1::ListSessionsResponse> SessionKeeper::List(size_t limit, const
   return response;
 }
 
-absl::Status SessionKeeper::CheckCamerasAreFree(const std::string& field, const v1::Session& cameras,
-                                                const std::string& id) {
+absl::Status SessionRegistry::CheckCamerasAreFree(const std::string& field, const v1::Session& cameras,
+                                                  const std::string& id) {
   const std::lock_guard lock(mutex_);
   EndExpired();
   return CheckCamerasAreFreeLocked(field, cameras, id);
 }
 
-absl::Status SessionKeeper::CheckCamerasAreFreeLocked(const std::string& field, const v1::Session& cameras,
-                                                      const std::string& id) {
+absl::Status SessionRegistry::CheckCamerasAreFreeLocked(const std::string& field, const v1::Session& cameras,
+                                                        const std::string& id) {
   const std::vector<Entry*> others = OthersWith(cameras, id);
   if (others.empty()) return absl::OkStatus();
   const Entry& other = *others.front();
@@ -322,7 +322,7 @@ absl::Status SessionKeeper::CheckCamerasAreFreeLocked(const std::string& field, 
                      "have it closed, wait, or take it over"});
 }
 
-std::map<std::string, std::string> SessionKeeper::UsersOfDevices() {
+std::map<std::string, std::string> SessionRegistry::UsersOfDevices() {
   const std::lock_guard lock(mutex_);
   EndExpired();
   std::map<std::string, std::string> users;

@@ -1,4 +1,4 @@
-#include "animation/shape/edge_ways.h"
+#include "animation/shape/edge_vectors.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ TriangleMesh StripAndTriangle(int squares) {
   return out;
 }
 
-TEST(EdgeWays, AreThoseAlongTheEdges) {
+TEST(EdgeVectors, AreThoseAlongTheEdges) {
   const TriangleMesh mesh = StripAndTriangle(6);
   const FarPoints far = ChooseFarPoints(1, mesh, BuildMeshGraph(mesh));
   ASSERT_EQ(far.vertices, (std::vector<int>{0}));
@@ -36,7 +36,7 @@ TEST(EdgeWays, AreThoseAlongTheEdges) {
   EXPECT_DOUBLE_EQ(far.furthest_mm, 70);
 }
 
-TEST(EdgeWays, PointsAreSpreadOverAllParts) {
+TEST(EdgeVectors, PointsAreSpreadOverAllParts) {
   const TriangleMesh mesh = StripAndTriangle(6);
   const MeshGraph graph = BuildMeshGraph(mesh);
   const FarPoints far = ChooseFarPoints(3, mesh, graph);

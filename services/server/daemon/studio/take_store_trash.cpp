@@ -17,7 +17,7 @@
 #include "services/formats/files/moved_folder.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/server/daemon/studio/take_folder.h"
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/take_store.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/studio/recorder/recorder_files.h"
 #include "services/studio/recording/take_file.h"
@@ -49,8 +49,8 @@ absl::Status InUse(const std::string& id, const std::string& why, const std::str
 
 }  // namespace
 
-absl::Status TakeKeeper::Adopt(const std::string& take_folder, const std::string& id,
-                               const std::string& origin) {
+absl::Status TakeStore::Adopt(const std::string& take_folder, const std::string& id,
+                              const std::string& origin) {
   WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   const std::lock_guard lock(changing_);
   if (TakeExists(FolderOf(id)) || TakeExists(TrashOf(id))) return absl::OkStatus();
@@ -75,7 +75,7 @@ absl::Status TakeKeeper::Adopt(const std::string& take_folder, const std::string
   return MoveFolder(adopted, FolderOf(id));
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pinned) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Pin(const std::string& id, bool pinned) {
   const std::lock_guard lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
@@ -84,7 +84,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pin
   return take;
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const v1::DescribeTakeRequest& request) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Describe(const v1::DescribeTakeRequest& request) {
   WEFT_RETURN_IF_ERROR(CheckDescription(request));
   const std::string& id = request.take_id();
   const std::lock_guard lock(changing_);
@@ -100,7 +100,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const v1::DescribeTakeRequ
   return take;
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const std::string& because) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Delete(const std::string& id, const std::string& because) {
   const std::lock_guard lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
@@ -118,7 +118,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const
   return take;
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Restore(const std::string& id) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Restore(const std::string& id) {
   WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   const std::lock_guard lock(changing_);
   if (TakeExists(TrashOf(id))) {
@@ -133,7 +133,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Restore(const std::string& id) {
   return take;
 }
 
-absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string& id) {
+absl::StatusOr<v1::EmptyTrashResponse> TakeStore::EmptyTrash(const std::string& id) {
   std::vector<std::string> ids = {id};
   if (id.empty()) {
     ids = TakesIn(options_.trash_folder);
@@ -158,7 +158,7 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
   return response;
 }
 
-std::vector<Holding> TakeKeeper::Holdings() {
+std::vector<Holding> TakeStore::Holdings() {
   std::vector<Holding> holdings;
   const v1::ListTakesResponse list = List({}, SIZE_MAX);
   const std::set<std::string> replayed = ReplayedTakes();
@@ -181,7 +181,7 @@ std::vector<Holding> TakeKeeper::Holdings() {
   return holdings;
 }
 
-absl::Status TakeKeeper::Carry(const RetentionStep& step) {
+absl::Status TakeStore::Carry(const RetentionStep& step) {
   return step.to_trash ? Delete(step.id, step.because).status() : EmptyTrash(step.id).status();
 }
 

@@ -16,7 +16,7 @@
 
 namespace weft {
 
-struct TakeKeeperOptions {
+struct TakeStoreOptions {
   std::string takes_folder;  // a folder per take
   std::string trash_folder;  // on the same disk
   std::string looks_folder;  // of FilmBriefly; emptied when the keeper begins
@@ -35,9 +35,9 @@ struct TakeKeeperOptions {
 
 // The folders are all that is remembered: takes go on without a daemon, and the next one finds them. Thread
 // safety: any thread may call any function.
-class TakeKeeper {
+class TakeStore {
  public:
-  explicit TakeKeeper(TakeKeeperOptions options) : options_(std::move(options)) {}
+  explicit TakeStore(TakeStoreOptions options) : options_(std::move(options)) {}
   // Closes takes whose recorders died, in the background until Stop.
   void Begin();
   void Stop();
@@ -86,7 +86,7 @@ class TakeKeeper {
   void CloseDead(std::set<std::string>& known);
   absl::Status TellEnd(const v1::RecordedTake& take) const;
 
-  const TakeKeeperOptions options_;
+  const TakeStoreOptions options_;
   std::mutex starting_;  // one request at a time looks which cameras are free
   std::mutex changing_;  // one take at a time is closed, moved or marked
   std::jthread background_;

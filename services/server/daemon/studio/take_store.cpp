@@ -1,4 +1,4 @@
-#include "services/server/daemon/studio/take_keeper.h"
+#include "services/server/daemon/studio/take_store.h"
 
 #include <spdlog/spdlog.h>
 
@@ -57,13 +57,13 @@ void RemoveOldLooks(const std::string& looks_folder) {
 // Of a recorder that films for a moment; one that takes much longer is told to stop.
 absl::StatusOr<RecorderView> WaitForEnd(const std::string& folder) {
   constexpr std::chrono::milliseconds kPause{50};
-  constexpr int kPatience = 1200, kMorePatience = 400;  // pauses
+  constexpr int kLongestFilming = 1200, kLongestEnding = 400;  // pauses
   for (int pauses = 0;; ++pauses) {
     absl::StatusOr<RecorderView> view = RecoverIfDead(folder);
     if (!view.ok() || !view->lives) return view;
-    if (pauses == kPatience) {
+    if (pauses == kLongestFilming) {
       WEFT_RETURN_IF_ERROR(StopRecorder(folder));
-    } else if (pauses > kPatience + kMorePatience) {
+    } else if (pauses > kLongestFilming + kLongestEnding) {
       return absl::DeadlineExceededError("the cameras delivered nothing, and their recorder does not end");
     }
     std::this_thread::sleep_for(kPause);
@@ -82,16 +82,16 @@ absl::StatusCode CodeOf(const std::string& name) {
 
 }  // namespace
 
-void TakeKeeper::Begin() {
+void TakeStore::Begin() {
   background_ = std::jthread([this](const std::stop_token& stop) { WorkInBackground(stop); });
 }
 
-void TakeKeeper::Stop() {
+void TakeStore::Stop() {
   background_.request_stop();
   if (background_.joinable()) background_.join();
 }
 
-void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
+void TakeStore::WorkInBackground(const std::stop_token& stop) {
   {
     const std::lock_guard lock(starting_);
     RemoveOldLooks(options_.looks_folder);
@@ -108,7 +108,7 @@ void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
 }
 
 // `known`: those that have ended, and those of which nobody need be told once more.
-void TakeKeeper::CloseDead(std::set<std::string>& known) {
+void TakeStore::CloseDead(std::set<std::string>& known) {
   for (const std::string& id : TakesIn(options_.takes_folder)) {
     if (known.contains(id)) continue;
     const absl::StatusOr<v1::RecordedTake> take = Get(id);
@@ -125,7 +125,7 @@ void TakeKeeper::CloseDead(std::set<std::string>& known) {
   }
 }
 
-absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
+absl::Status TakeStore::TellEnd(const v1::RecordedTake& take) const {
   const std::string mark = EndToldFile(FolderOf(take.id()));
   if (fs::exists(mark)) return absl::OkStatus();
   const v1::TakeKeeping& keeping = take.keeping();
@@ -134,7 +134,7 @@ absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
   return WriteFileAtomically(mark, "");
 }
 
-std::map<std::string, v1::Session> TakeKeeper::LivingSessions() const {
+std::map<std::string, v1::Session> TakeStore::LivingSessions() const {
   std::map<std::string, v1::Session> sessions;
   for (const std::string& id : TakesIn(options_.takes_folder)) {
     const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
@@ -143,7 +143,7 @@ std::map<std::string, v1::Session> TakeKeeper::LivingSessions() const {
   return sessions;
 }
 
-std::map<std::string, std::string> TakeKeeper::UsersOfDevices() const {
+std::map<std::string, std::string> TakeStore::UsersOfDevices() const {
   std::map<std::string, std::string> users;
   for (const auto& [id, session] : LivingSessions()) {
     for (const std::string& device : DevicesOf(session)) users[device] = absl::StrCat("take ", id);
@@ -151,13 +151,13 @@ std::map<std::string, std::string> TakeKeeper::UsersOfDevices() const {
   return users;
 }
 
-std::set<std::string> TakeKeeper::ReplayedTakes() const {
+std::set<std::string> TakeStore::ReplayedTakes() const {
   std::set<std::string> folders;
   for (const auto& [id, session] : LivingSessions()) folders.merge(ReplayedTakesOf(session));
   return folders;
 }
 
-absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1::Session& session) const {
+absl::Status TakeStore::CheckCamerasAreFree(const std::string& field, const v1::Session& session) const {
   const std::map<std::string, std::string> users = UsersOfDevices();
   for (const std::string& device : DevicesOf(session)) {
     const auto user = users.find(device);
@@ -169,7 +169,7 @@ absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1:
   return absl::OkStatus();
 }
 
-absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& session) const {
+absl::Status TakeStore::ResolveReplays(const std::string& field, v1::Session& session) const {
   for (v1::SessionCamera& camera : *session.mutable_cameras()) {
     if (!camera.has_replay()) continue;
     WEFT_ASSIGN_OR_RETURN(
@@ -180,7 +180,7 @@ absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& s
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& asked) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& asked) {
   WEFT_RETURN_IF_ERROR(CheckKey(asked.idempotency_key()));
   v1::StartTakeRequest request = asked;
   WEFT_RETURN_IF_ERROR(
@@ -220,8 +220,8 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& a
   return Get(id);
 }
 
-absl::Status TakeKeeper::FilmBriefly(const v1::Session& asked,
-                                     const std::function<void(const std::string& take)>& use) {
+absl::Status TakeStore::FilmBriefly(const v1::Session& asked,
+                                    const std::function<void(const std::string& take)>& use) {
   v1::Session session = asked;
   WEFT_RETURN_IF_ERROR(ResolveReplays("cameras.cameras", session));
   const std::lock_guard lock(starting_);
@@ -242,12 +242,12 @@ absl::Status TakeKeeper::FilmBriefly(const v1::Session& asked,
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Get(const std::string& id) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Get(const std::string& id) {
   const std::lock_guard lock(changing_);
   return GetLocked(id);
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::GetLocked(const std::string& id) {
+absl::StatusOr<v1::RecordedTake> TakeStore::GetLocked(const std::string& id) {
   WEFT_RETURN_IF_ERROR(CheckTakeId(id));
   if (!TakeExists(FolderOf(id))) {
     if (!TakeExists(TrashOf(id))) return NoSuchTake(id);
@@ -258,14 +258,14 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::GetLocked(const std::string& id) {
   return DescribeTakeFolder(id, FolderOf(id), std::move(view));
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Stop(const std::string& id) {
+absl::StatusOr<v1::RecordedTake> TakeStore::Stop(const std::string& id) {
   const absl::StatusOr<v1::RecordedTake> known = Get(id);
   if (!known.ok()) return known;
   WEFT_RETURN_IF_ERROR(StopRecorder(FolderOf(id)));
   return Get(id);
 }
 
-v1::ListTakesResponse TakeKeeper::List(const v1::ListTakesRequest& request, size_t limit) {
+v1::ListTakesResponse TakeStore::List(const v1::ListTakesRequest& request, size_t limit) {
   const bool trash = request.trash();
   v1::ListTakesResponse response;
   Page page(limit);

@@ -1,4 +1,4 @@
-#include "animation/shape/edge_ways.h"
+#include "animation/shape/edge_vectors.h"
 
 #include <algorithm>
 #include <cmath>

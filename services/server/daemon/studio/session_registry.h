@@ -19,11 +19,11 @@ namespace weft {
 // A file per session below its folder. What was answered is on the disk, but for renewals: an open session of
 // an earlier daemon gets its whole lease again, as its owner could not renew it meanwhile. Thread safety: any
 // thread may call any function.
-class SessionKeeper {
+class SessionRegistry {
  public:
   using Clock = std::chrono::steady_clock;
   // Makes the folder where it is missing. Errors of CreateFolders. Leases run by `now`.
-  static absl::StatusOr<std::unique_ptr<SessionKeeper>> Create(
+  static absl::StatusOr<std::unique_ptr<SessionRegistry>> Create(
       const std::string& folder, std::function<Clock::time_point()> now = Clock::now);
 
   // The only answer with the lease. FailedPrecondition: another open session has one of the cameras.
@@ -49,7 +49,7 @@ class SessionKeeper {
     v1::CaptureSession session;  // with its lease
     Clock::time_point expires;
   };
-  SessionKeeper(std::string folder, std::function<Clock::time_point()> now)
+  SessionRegistry(std::string folder, std::function<Clock::time_point()> now)
       : folder_(std::move(folder)), now_(std::move(now)) {}
   void Load();
   std::string FileOf(const std::string& id) const { return folder_ + "/" + id + ".json"; }

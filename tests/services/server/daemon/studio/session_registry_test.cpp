@@ -1,5 +1,5 @@
 // Leases by a clock of the test's own.
-#include "services/server/daemon/studio/session_keeper.h"
+#include "services/server/daemon/studio/session_registry.h"
 
 #include <gmock/gmock.h>
 
@@ -14,13 +14,13 @@ using ::testing::UnorderedElementsAre;
 
 const Caller kAnna{"token 1 (anna)", v1::ROLE_OPERATOR};
 
-class SessionKeeperTest : public ::testing::Test {
+class SessionRegistryTest : public ::testing::Test {
  protected:
-  SessionKeeperTest() { Restart(); }
+  SessionRegistryTest() { Restart(); }
 
   // The next daemon on the folder.
   void Restart() {
-    auto keeper = SessionKeeper::Create(folder_ / "sessions", [this] { return now_; });
+    auto keeper = SessionRegistry::Create(folder_ / "sessions", [this] { return now_; });
     ASSERT_TRUE(keeper.ok()) << keeper.status();
     keeper_ = *std::move(keeper);
   }
@@ -51,11 +51,11 @@ class SessionKeeperTest : public ::testing::Test {
   }
 
   const TempFolder folder_;
-  SessionKeeper::Clock::time_point now_ = SessionKeeper::Clock::now();
-  std::unique_ptr<SessionKeeper> keeper_;
+  SessionRegistry::Clock::time_point now_ = SessionRegistry::Clock::now();
+  std::unique_ptr<SessionRegistry> keeper_;
 };
 
-TEST_F(SessionKeeperTest, OneOwnerAtATimeHasACamera) {
+TEST_F(SessionRegistryTest, OneOwnerAtATimeHasACamera) {
   const v1::CaptureSession first = Open(Request({"a", "b"}));
   const absl::Status refused = keeper_->Open(Request({"b", "c"}, "ben"), kAnna).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(refused));
@@ -75,7 +75,7 @@ TEST_F(SessionKeeperTest, OneOwnerAtATimeHasACamera) {
   Open(Request({"a", "b"}, "ben"));
 }
 
-TEST_F(SessionKeeperTest, ALeaseEndsWhenItsOwnerIsGone) {
+TEST_F(SessionRegistryTest, ALeaseEndsWhenItsOwnerIsGone) {
   const v1::CaptureSession session = Open(Request({"a"}));
   for (int i = 0; i < 5; ++i) {
     now_ += seconds(40);
@@ -93,7 +93,7 @@ TEST_F(SessionKeeperTest, ALeaseEndsWhenItsOwnerIsGone) {
   EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_EXPIRED);
 }
 
-TEST_F(SessionKeeperTest, WhoTakesOverIsNamed) {
+TEST_F(SessionRegistryTest, WhoTakesOverIsNamed) {
   const v1::CaptureSession first = Open(Request({"a", "b"}));
   v1::OpenSessionRequest request = Request({"b"}, "ben");
   request.set_take_over(true);
@@ -103,7 +103,7 @@ TEST_F(SessionKeeperTest, WhoTakesOverIsNamed) {
               HasSubstr("was taken over by ben"));
 }
 
-TEST_F(SessionKeeperTest, GoesOnWithTheNextDaemonAndAWholeLease) {
+TEST_F(SessionRegistryTest, GoesOnWithTheNextDaemonAndAWholeLease) {
   const v1::CaptureSession session = Open(Request({"a"}));
   now_ += seconds(50);
   Restart();
@@ -119,7 +119,7 @@ TEST_F(SessionKeeperTest, GoesOnWithTheNextDaemonAndAWholeLease) {
   EXPECT_THAT(list.warnings(), UnorderedElementsAre(HasSubstr("damaged.json"), HasSubstr("copied.json")));
 }
 
-TEST_F(SessionKeeperTest, ARepeatedRequestGetsTheSameSession) {
+TEST_F(SessionRegistryTest, ARepeatedRequestGetsTheSameSession) {
   v1::OpenSessionRequest request = Request({"a"});
   request.set_idempotency_key("stage-2-monday");
   const v1::CaptureSession first = Open(request);
@@ -129,7 +129,7 @@ TEST_F(SessionKeeperTest, ARepeatedRequestGetsTheSameSession) {
   EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(request, kAnna).status()));
 }
 
-TEST_F(SessionKeeperTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
+TEST_F(SessionRegistryTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
   v1::OpenSessionRequest request = Request({"a"});
   const v1::CaptureSession first = Open(request);
   // What everybody sees of it.
@@ -149,7 +149,7 @@ TEST_F(SessionKeeperTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
   EXPECT_EQ(keeper_->Open(copied, {"token 3 (anna)", v1::ROLE_OPERATOR})->lease(), first.lease());
 }
 
-TEST_F(SessionKeeperTest, ListsComeInPages) {
+TEST_F(SessionRegistryTest, ListsComeInPages) {
   for (const char* device : {"a", "b", "c"}) Open(Request({device}));
   const auto first = keeper_->List(2);
   ASSERT_EQ(first->sessions_size(), 2);
@@ -159,7 +159,7 @@ TEST_F(SessionKeeperTest, ListsComeInPages) {
   EXPECT_GT(first->sessions(1).opened_unix_ns(), second->sessions(0).opened_unix_ns());
 }
 
-TEST_F(SessionKeeperTest, RefusesRequestsThatAreWrongByTheField) {
+TEST_F(SessionRegistryTest, RefusesRequestsThatAreWrongByTheField) {
   const auto refused = [&](const v1::OpenSessionRequest& request) {
     const absl::Status status = keeper_->Open(request, kAnna).status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
