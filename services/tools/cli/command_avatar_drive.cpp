@@ -179,6 +179,86 @@ absl::Status Drive(const DriveOptions& options, bool quiet) {
   return OutcomeOf(job);
 }
 
+// The order of these functions is that of the help.
+void AddDriveInputs(CLI::App& command, DriveOptions& options) {
+  command.add_option("dump", options.dump, "Folder of images, or a recorded take")
+      ->required()
+      ->type_name("DUMP");
+  command.add_option("--avatar", options.avatar, "The garment's avatar, of `weft avatar train`")
+      ->required()
+      ->type_name("DIR");
+  command.add_option("--rig", options.rig, "The cameras, rig.json")->required()->type_name("FILE");
+  command.add_option("--board", options.board, "The printed board, board.json or board.png")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("--template", options.garment, "Folder of the template that the avatar was trained with")
+      ->required()
+      ->type_name("DIR");
+  command.add_option("--out", options.out, "Folder for the results, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  command.add_option("--cameras", options.cameras, "Use these cameras of the rig alone, by name")
+      ->type_name("NAME,NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  AddFramesOption(command, options.frames, "Which frames of the dump, all by default");
+  AddMosaicOption(command, options.mosaic);
+  AddPipelineFlags(command, options.pipeline);
+  command.add_flag("--observations", options.observations, "Write <frame>/observations.csv as well");
+  command
+      .add_option("--fps", options.fps,
+                  "Frames per second of a dump that tells no times; 0 for those of the avatar")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+}
+
+void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
+  AddServerOption(command, options.server, "Let the daemon at HOST:PORT do the work");
+  command.add_flag(
+      "--upload", options.upload,
+      "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
+      "`weft register --upload`");
+  command
+      .add_option(
+          "--priority", options.priority,
+          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+          "before everybody's, which is for operators")
+      ->type_name("N")
+      ->check(CLI::Range(-100, 100));
+  command.add_flag("--detach", options.detach, "With --server: print the job's id and do not wait for it");
+}
+
+void AddDriveLive(CLI::App& command, DriveOptions& options) {
+  CLI::Option* server = command.get_option("--server");
+  CLI::Option* live = command.add_flag("--live", options.live,
+                                       "Drive frames as they arrive, always the newest one; those that it "
+                                       "overtakes are passed over. A DUMP that "
+                                       "is being recorded is followed to its end, another one is replayed "
+                                       "in its rhythm. Says how far meshes are "
+                                       "behind the cameras. Ctrl-C ends it, and the same command goes on. "
+                                       "Without --live, every frame is driven "
+                                       "anew. With --server, the daemon drives every frame of a take that is "
+                                       "being recorded, and catches up when it has ended");
+  CLI::Option* speed =
+      command
+          .add_option("--speed", options.speed,
+                      "With --live, of a recording that is over: times as fast as it was taken")
+          ->type_name("X")
+          ->check(CLI::PositiveNumber)
+          ->needs(live);
+  speed->excludes(server);
+  command
+      .add_option("--session", options.session,
+                  "With --live: film with the cameras of this session.json, and record them into DUMP, a new "
+                  "take. Meshes come sooner than from a take that another program records, since they do not "
+                  "wait for the disk")
+      ->type_name("FILE")
+      ->needs(live)
+      ->excludes(speed)
+      ->excludes(server);
+}
+
 }  // namespace
 
 void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
@@ -206,77 +286,9 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
                  "  weft avatar drive TAKE --live --session session.json --avatar shirt.avatar "
                  "--rig rig.json --board board.json --template shirt --out result");
   auto options = std::make_shared<DriveOptions>();
-  command->add_option("dump", options->dump, "Folder of images, or a recorded take")
-      ->required()
-      ->type_name("DUMP");
-  command->add_option("--avatar", options->avatar, "The garment's avatar, of `weft avatar train`")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--rig", options->rig, "The cameras, rig.json")->required()->type_name("FILE");
-  command->add_option("--board", options->board, "The printed board, board.json or board.png")
-      ->required()
-      ->type_name("FILE");
-  command
-      ->add_option("--template", options->garment, "Folder of the template that the avatar was trained with")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--out", options->out, "Folder for the results, made where it is missing")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--cameras", options->cameras, "Use these cameras of the rig alone, by name")
-      ->type_name("NAME,NAME")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  AddFramesOption(*command, options->frames, "Which frames of the dump, all by default");
-  AddMosaicOption(*command, options->mosaic);
-  AddPipelineFlags(*command, options->pipeline);
-  command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
-  command
-      ->add_option("--fps", options->fps,
-                   "Frames per second of a dump that tells no times; 0 for those of the avatar")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  CLI::Option* server = AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
-  command->add_flag(
-      "--upload", options->upload,
-      "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
-      "`weft register --upload`");
-  command
-      ->add_option(
-          "--priority", options->priority,
-          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
-          "before everybody's, which is for operators")
-      ->type_name("N")
-      ->check(CLI::Range(-100, 100));
-  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
-  CLI::Option* live =
-      command->add_flag("--live", options->live,
-                        "Drive frames as they arrive, always the newest one; those that it "
-                        "overtakes are passed over. A DUMP that "
-                        "is being recorded is followed to its end, another one is replayed "
-                        "in its rhythm. Says how far meshes are "
-                        "behind the cameras. Ctrl-C ends it, and the same command goes on. "
-                        "Without --live, every frame is driven "
-                        "anew. With --server, the daemon drives every frame of a take that is "
-                        "being recorded, and catches up when it has ended");
-  CLI::Option* speed =
-      command
-          ->add_option("--speed", options->speed,
-                       "With --live, of a recording that is over: times as fast as it was taken")
-          ->type_name("X")
-          ->check(CLI::PositiveNumber)
-          ->needs(live);
-  speed->excludes(server);
-  command
-      ->add_option(
-          "--session", options->session,
-          "With --live: film with the cameras of this session.json, and record them into DUMP, a new "
-          "take. Meshes come sooner than from a take that another program records, since they do not "
-          "wait for the disk")
-      ->type_name("FILE")
-      ->needs(live)
-      ->excludes(speed)
-      ->excludes(server);
+  AddDriveInputs(*command, *options);
+  AddDriveAtDaemon(*command, *options);
+  AddDriveLive(*command, *options);
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

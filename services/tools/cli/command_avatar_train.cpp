@@ -126,6 +126,85 @@ absl::Status Train(const TrainOptions& options, bool quiet) {
   return absl::OkStatus();
 }
 
+// The order of these functions is that of the help.
+void AddTrainSources(CLI::App& command, AvatarRequest& request) {
+  command.add_option("sources", request.sources, "Results, simulated takes or data sets to learn from")
+      ->required()
+      ->type_name("DIR");
+  command.add_option("--out", request.out, "The avatar's folder; an avatar that is there is replaced")
+      ->required()
+      ->type_name("DIR");
+  command
+      .add_option(
+          "--hold-out", request.held_out,
+          "A source that is not learnt from and tells how far the avatar is to be trusted; may be repeated")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+  command
+      .add_option("--template", request.garment,
+                  "Folder of the template; by default that of the first source")
+      ->type_name("DIR");
+  command
+      .add_option("--components", request.training.components,
+                  "Shapes that the garment is a mixture of; size and time grow with them")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      .add_option("--max-frames", request.training.max_frames,
+                  "Frames to learn from at most, evenly chosen where there are more")
+      ->type_name("N")
+      ->check(CLI::Range(10, 1'000'000))
+      ->capture_default_str();
+  command
+      .add_option("--fps", request.fps, "Frames per second of results whose take tells no times; 0 for 30")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--seed", request.training.seed,
+                  "Of the choice of frames and of the algebra; of a net's samples, weights and their order")
+      ->type_name("N")
+      ->capture_default_str();
+}
+
+void AddTrainNet(CLI::App& command, TrainOptions& options) {
+  CLI::Option* net = command.add_flag(
+      "--net", options.has_net,
+      "Train a net that says how far driven meshes are off, by the program weft-train; hours, where the rest "
+      "takes "
+      "minutes. Its samples and state lie in OUT.training until the avatar is whole: Ctrl-C stops it, and "
+      "the same "
+      "command goes on. A net that brings held-out frames no nearer to the truth is left out");
+  CLI::Option* preset =
+      command
+          .add_option(
+              "--preset", options.preset,
+              "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
+              "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
+              "takes without pictures whose rig.json has two cameras")
+          ->type_name("NAME")
+          ->check(OneOf({kPixelKind}))
+          ->excludes(net);
+  for (const char* of_shapes : {"--components", "--max-frames"})
+    preset->excludes(command.get_option(of_shapes));
+  command
+      .add_option("--steps", options.net.steps,
+                  "Of a net, or with --preset: how many batches of frames the net learns from; a prior "
+                  "takes half as many")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--hours", options.net.hours,
+          "Of a net, or with --preset: the net's training ends after these at the latest, however many "
+          "steps it has done. What comes out then depends on how fast the machine is")
+      ->type_name("H")
+      ->check(CLI::PositiveNumber);
+  command.add_flag("--keep", options.net.keep,
+                   "Of a net, or with --preset: keep OUT.training, for a look at the samples");
+}
+
 }  // namespace
 
 void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
@@ -148,79 +227,8 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
                  "  weft avatar train shirt-drive --preset paper --out paper.avatar\n"
                  "  weft avatar train walk jog --hold-out twist --components 32 --out shirt.avatar");
   auto options = std::make_shared<TrainOptions>();
-  AvatarRequest& request = options->request;
-  command->add_option("sources", request.sources, "Results, simulated takes or data sets to learn from")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--out", request.out, "The avatar's folder; an avatar that is there is replaced")
-      ->required()
-      ->type_name("DIR");
-  command
-      ->add_option(
-          "--hold-out", request.held_out,
-          "A source that is not learnt from and tells how far the avatar is to be trusted; may be repeated")
-      ->type_name("DIR")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--template", request.garment,
-                   "Folder of the template; by default that of the first source")
-      ->type_name("DIR");
-  command
-      ->add_option("--components", request.training.components,
-                   "Shapes that the garment is a mixture of; size and time grow with them")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command
-      ->add_option("--max-frames", request.training.max_frames,
-                   "Frames to learn from at most, evenly chosen where there are more")
-      ->type_name("N")
-      ->check(CLI::Range(10, 1'000'000))
-      ->capture_default_str();
-  command
-      ->add_option("--fps", request.fps, "Frames per second of results whose take tells no times; 0 for 30")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--seed", request.training.seed,
-                   "Of the choice of frames and of the algebra; of a net's samples, weights and their order")
-      ->type_name("N")
-      ->capture_default_str();
-  CLI::Option* net = command->add_flag(
-      "--net", options->has_net,
-      "Train a net that says how far driven meshes are off, by the program weft-train; hours, where the rest "
-      "takes "
-      "minutes. Its samples and state lie in OUT.training until the avatar is whole: Ctrl-C stops it, and "
-      "the same "
-      "command goes on. A net that brings held-out frames no nearer to the truth is left out");
-  CLI::Option* preset =
-      command
-          ->add_option(
-              "--preset", options->preset,
-              "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
-              "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
-              "takes without pictures whose rig.json has two cameras")
-          ->type_name("NAME")
-          ->check(OneOf({kPixelKind}))
-          ->excludes(net);
-  for (const char* of_shapes : {"--components", "--max-frames"})
-    preset->excludes(command->get_option(of_shapes));
-  command
-      ->add_option("--steps", options->net.steps,
-                   "Of a net, or with --preset: how many batches of frames the net learns from; a prior "
-                   "takes half as many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--hours", options->net.hours,
-          "Of a net, or with --preset: the net's training ends after these at the latest, however many "
-          "steps it has done. What comes out then depends on how fast the machine is")
-      ->type_name("H")
-      ->check(CLI::PositiveNumber);
-  command->add_flag("--keep", options->net.keep,
-                    "Of a net, or with --preset: keep OUT.training, for a look at the samples");
+  AddTrainSources(*command, options->request);
+  AddTrainNet(*command, *options);
   command
       ->add_option(
           "--threads", options->threads,
