@@ -129,17 +129,8 @@ std::string KindsText() {
   return out;
 }
 
-}  // namespace
-
-void AddMotionCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* motion = AddCommand(
-      app, "motion", "Motions of a person, who wears the garment that `weft simulate` films.",
-      "  weft motion make --kind walk --seconds 20 --out walk.motion\n"
-      "  weft motion show walk.motion --picture walk.svg\n"
-      "  weft simulate --preset tshirt --motion walk.motion --no-pictures --frames 600 --out take");
-  motion->require_subcommand(1);
-
-  CLI::App* make = AddCommand(*motion, "make", "Make a motion from a kind and a seed.",
+void AddMotionMake(CLI::App& motion, CommandLine& line) {
+  CLI::App* make = AddCommand(motion, "make", "Make a motion from a kind and a seed.",
                               "  weft motion make --kind mixed --seconds 60 --seed 3 --out mixed.motion");
   auto options = std::make_shared<MotionMakeOptions>();
   make->add_option("--kind", options->kind, KindsText())->type_name("NAME");
@@ -149,9 +140,11 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
   make->add_option("--seed", options->motion.seed, "Phases, sizes and order follow from it")->type_name("S");
   make->add_option("--out", options->out, "The file to write, NAME.motion")->required()->type_name("FILE");
   make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
+}
 
+void AddMotionImport(CLI::App& motion, CommandLine& line) {
   CLI::App* import_command = AddCommand(
-      *motion, "import",
+      motion, "import",
       "Turn motion capture (BVH) into a motion of our skeleton: on the ground, at the size of an average "
       "person, looking to the front at first. Joints are matched by the names in common use, and listed.",
       "  weft motion import walk.bvh --out walk.motion\n"
@@ -184,18 +177,22 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
       ->type_name("FILE");
   import_command->callback(
       [imported, &line] { line.run = [imported] { return ImportMotionFile(*imported); }; });
+}
 
+void AddMotionList(CLI::App& motion, CommandLine& line) {
   CLI::App* list =
-      AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
+      AddCommand(motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
   list->callback([&line] {
     line.run = [] {
       ListMotionKinds();
       return absl::OkStatus();
     };
   });
+}
 
+void AddMotionShow(CLI::App& motion, CommandLine& line) {
   CLI::App* show =
-      AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
+      AddCommand(motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
                  "  weft motion show walk.motion --picture walk.svg");
   auto path = std::make_shared<std::string>();
   auto picture = std::make_shared<std::string>();
@@ -203,6 +200,21 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
   show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
   show->callback(
       [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
+}
+
+}  // namespace
+
+void AddMotionCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* motion = AddCommand(
+      app, "motion", "Motions of a person, who wears the garment that `weft simulate` films.",
+      "  weft motion make --kind walk --seconds 20 --out walk.motion\n"
+      "  weft motion show walk.motion --picture walk.svg\n"
+      "  weft simulate --preset tshirt --motion walk.motion --no-pictures --frames 600 --out take");
+  motion->require_subcommand(1);
+  AddMotionMake(*motion, line);
+  AddMotionImport(*motion, line);
+  AddMotionList(*motion, line);
+  AddMotionShow(*motion, line);
 }
 
 }  // namespace weft

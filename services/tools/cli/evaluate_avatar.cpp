@@ -17,17 +17,12 @@
 #include "services/work/animation/avatar_goals.h"
 
 namespace weft {
+namespace {
 
-void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options) {
-  constexpr char kGroup[] = "An avatar";
-  CLI::Option* avatar =
-      command
-          .add_option(
-              "--avatar", options.scoring.avatar,
-              "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
-              "`weft simulate`, with or without pictures, and compare it with the truth")
-          ->type_name("DIR")
-          ->group(kGroup);
+constexpr char kAvatarGroup[] = "An avatar";
+
+// What is driven besides the avatar, and over what.
+void AddDrivenOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOptions& options) {
   command
       .add_option(
           "--baseline", options.scoring.baseline,
@@ -35,7 +30,7 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
           "two cameras")
       ->type_name("DIR")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command
       .add_option(
           "--cameras", options.scoring.cameras,
@@ -47,7 +42,7 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command
       .add_option(
           "--splits", options.scoring.splits,
@@ -59,7 +54,7 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->check(OneOf({"train", "validate", "test-known", "test-unseen"}))
       ->capture_default_str()
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command
       .add_option(
           "--frames", options.frames,
@@ -67,29 +62,48 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
           "side may be left out; or N, the first N alone")
       ->type_name("RANGE")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
+}
+
+// How it is driven and looked at.
+void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOptions& options) {
   command
       .add_flag("--pictures", options.scoring.films,
                 "Render and decode pictures of takes without them, instead of imitating the decoder: about "
                 "half a second of a core a picture. What imitation gives stands beside it")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command
       .add_flag(
           "--trials", options.scoring.with_trials,
           "Drive takes without pictures also before two cameras in other places, each frame by itself, and "
           "while one of two is dark")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command
       .add_option("--meshes", options.scoring.meshes,
                   "Write driven and true meshes of each frame below this folder, to be watched side by side")
       ->type_name("DIR")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
   command.add_flag("--check", options.check, "Exit status 1 where a goal of the table is missed")
       ->needs(avatar)
-      ->group(kGroup);
+      ->group(kAvatarGroup);
+}
+
+}  // namespace
+
+void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options) {
+  CLI::Option* avatar =
+      command
+          .add_option(
+              "--avatar", options.scoring.avatar,
+              "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
+              "`weft simulate`, with or without pictures, and compare it with the truth")
+          ->type_name("DIR")
+          ->group(kAvatarGroup);
+  AddDrivenOptions(command, avatar, options);
+  AddDrivingOptions(command, avatar, options);
 }
 
 absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {

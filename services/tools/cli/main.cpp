@@ -107,6 +107,36 @@ int RunToStatus(const weft::CommandLine& line, int64_t memory_mib) {
   return weft::kExitFailed;
 }
 
+// In the order of the help.
+void AddAllCommands(CLI::App& app, weft::CommandLine& line) {
+  weft::AddRegisterCommand(app, line);
+  weft::AddJobCommand(app, line);
+  weft::AddLibraryCommand(app, line);
+  weft::AddCameraCommand(app, line);
+  weft::AddDaemonCommand(app, line);
+  weft::AddDoctorCommand(app, line);
+  weft::AddSessionCommand(app, line);
+  weft::AddSupportCommand(app, line);
+  weft::AddTakeCommand(app, line);
+  weft::AddOperationCommand(app, line);
+  weft::AddAccessCommand(app, line);
+  weft::AddRigCommand(app, line);
+  weft::AddPatternCommand(app, line);
+  weft::AddTemplateCommand(app, line);
+  weft::AddDecodeCommand(app, line);
+  weft::AddAlignCommand(app, line);
+  weft::AddOptionsCommand(app, line);
+  weft::AddSimulateCommand(app, line);
+  weft::AddAvatarCommand(app, line);
+  weft::AddBodyCommand(app, line);
+  weft::AddSplitCommand(app, line);
+  weft::AddMotionCommand(app, line);
+  weft::AddDatasetCommand(app, line);
+  weft::AddEvaluateCommand(app, line);
+  weft::AddExportCommand(app, line);
+  weft::AddCompletionCommand(app, line);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -135,32 +165,7 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 failed or a verdict that is bad, 2 bad arguments or input.\n"
       "`weft COMMAND --help` explains a command and shows examples.");
 
-  weft::AddRegisterCommand(app, line);
-  weft::AddJobCommand(app, line);
-  weft::AddLibraryCommand(app, line);
-  weft::AddCameraCommand(app, line);
-  weft::AddDaemonCommand(app, line);
-  weft::AddDoctorCommand(app, line);
-  weft::AddSessionCommand(app, line);
-  weft::AddSupportCommand(app, line);
-  weft::AddTakeCommand(app, line);
-  weft::AddOperationCommand(app, line);
-  weft::AddAccessCommand(app, line);
-  weft::AddRigCommand(app, line);
-  weft::AddPatternCommand(app, line);
-  weft::AddTemplateCommand(app, line);
-  weft::AddDecodeCommand(app, line);
-  weft::AddAlignCommand(app, line);
-  weft::AddOptionsCommand(app, line);
-  weft::AddSimulateCommand(app, line);
-  weft::AddAvatarCommand(app, line);
-  weft::AddBodyCommand(app, line);
-  weft::AddSplitCommand(app, line);
-  weft::AddMotionCommand(app, line);
-  weft::AddDatasetCommand(app, line);
-  weft::AddEvaluateCommand(app, line);
-  weft::AddExportCommand(app, line);
-  weft::AddCompletionCommand(app, line);
+  AddAllCommands(app, line);
 
   try {
     app.parse(argc, argv);
