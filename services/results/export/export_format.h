@@ -28,13 +28,13 @@ enum class LengthUnit { kMetre, kCentimetre, kMillimetre };
 
 struct FormatTraits {
   ExportFormat format;
-  const char* name;     // of --format, and the ending of the files
-  const char* about;    // a line of help
-  bool file_per_frame;  // <out>/<frame>.<name>; else <out>/garment.<name>
-  UpAxis up;            // unless told otherwise
-  bool fixed_axes;      // y up and metres by the format's specification
-  bool needs_rate;      // frames have times
-  bool repeats_gaps;    // samples are equidistant: a frame without a mesh repeats the one before
+  const char* name;             // of --format, and the ending of the files
+  const char* about;            // a line of help
+  bool file_per_frame = false;  // <out>/<frame>.<name>; else <out>/garment.<name>
+  UpAxis up;                    // unless told otherwise
+  bool fixed_axes = false;      // y up and metres by the format's specification
+  bool needs_rate = false;      // frames have times
+  bool repeats_gaps = false;    // samples are equidistant: a frame without a mesh repeats the one before
   std::vector<ExportAttribute> carries;
 
   bool Carries(ExportAttribute attribute) const;
