@@ -121,6 +121,28 @@ absl::Status ReadForDaemon() {
   return absl::OkStatus();
 }
 
+struct WorkerFlags {
+  std::string path, user, events;
+  int parent = 0, patience_s = 0;
+  int64_t memory_mib = 0;
+  bool reads = false;
+};
+
+void AddFlags(CLI::App& app, WorkerFlags& flags) {
+  app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
+  app.add_option("TASK", flags.path, "The task.json");
+  app.add_flag("--read", flags.reads, "Read files of others instead: a weft.v1.Reading from standard input");
+  app.add_option("--parent", flags.parent, "End at once unless started by this process")->type_name("PID");
+  app.add_option("--memory-mib", flags.memory_mib, "Memory that this process may take; 0: any")
+      ->type_name("MIB");
+  app.add_option("--user", flags.user, "Run as this user; needs root")->type_name("NAME");
+  app.add_option("--events", flags.events, "Append the events to this file, for a daemon on another machine")
+      ->type_name("FILE");
+  app.add_option("--patience-s", flags.patience_s,
+                 "Wait for TASK so long, on file systems that show files late")
+      ->type_name("S");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -128,60 +150,48 @@ int main(int argc, char** argv) {
   weft::KeepFreedMemory();
   CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
                "weft-worker");
-  std::string path, user, events;
-  int parent = 0, patience_s = 0;
-  int64_t memory_mib = 0;
-  app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
-  bool reads = false;
-  app.add_option("TASK", path, "The task.json");
-  app.add_flag("--read", reads, "Read files of others instead: a weft.v1.Reading from standard input");
-  app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
-  app.add_option("--memory-mib", memory_mib, "Memory that this process may take; 0: any")->type_name("MIB");
-  app.add_option("--user", user, "Run as this user; needs root")->type_name("NAME");
-  app.add_option("--events", events, "Append the events to this file, for a daemon on another machine")
-      ->type_name("FILE");
-  app.add_option("--patience-s", patience_s, "Wait for TASK so long, on file systems that show files late")
-      ->type_name("S");
+  WorkerFlags flags;
+  AddFlags(app, flags);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
   }
-  if (!user.empty()) {
-    if (const absl::Status changed = weft::BecomeWorkerUser(user); !changed.ok()) {
+  if (!flags.user.empty()) {
+    if (const absl::Status changed = weft::BecomeWorkerUser(flags.user); !changed.ok()) {
       weft::PrintError(changed);
       return weft::kExitFailed;
     }
   }
-  const int niceness = parent != 0 ? kNiceness : 0;
+  const int niceness = flags.parent != 0 ? kNiceness : 0;
   [[maybe_unused]] const int ignored = nice(niceness);
   // After the change of the user, which forgets it.
-  if (!DieWithParent(parent)) return weft::kExitFailed;
-  if (const absl::Status limited = weft::LimitMemory(memory_mib); !limited.ok()) {
+  if (!DieWithParent(flags.parent)) return weft::kExitFailed;
+  if (const absl::Status limited = weft::LimitMemory(flags.memory_mib); !limited.ok()) {
     weft::PrintError(limited);
     return weft::kExitFailed;
   }
   signal(SIGPIPE, SIG_IGN);
-  if (reads) {
+  if (flags.reads) {
     const absl::Status read = ReadForDaemon();
     if (!read.ok()) weft::PrintError(read);
     return weft::ExitStatusOf(read);
   }
-  if (path.empty()) {
+  if (flags.path.empty()) {
     weft::PrintError(absl::InvalidArgumentError("TASK: must be given; weft-worker is started by weftd"));
     return weft::kExitBadInput;
   }
   const weft::UsageMeter meter;
   EventLog log;
-  if (!events.empty()) {
-    if (const absl::Status opened = log.OpenFile(events); !opened.ok()) {
+  if (!flags.events.empty()) {
+    if (const absl::Status opened = log.OpenFile(flags.events); !opened.ok()) {
       weft::PrintError(opened);
       return weft::kExitFailed;
     }
     log.Add(weft::BeganEvent());
   }
-  AwaitFile(path, std::chrono::seconds(patience_s));
-  const absl::Status status = RunWithin(path, log, meter, memory_mib, niceness);
+  AwaitFile(flags.path, std::chrono::seconds(flags.patience_s));
+  const absl::Status status = RunWithin(flags.path, log, meter, flags.memory_mib, niceness);
   if (!status.ok()) weft::PrintError(status);
   log.Add(weft::EndedEvent(weft::ExitStatusOf(status), meter.Now()));
   return weft::ExitStatusOf(status);
