@@ -191,26 +191,28 @@ void AddPaperElsewhere(v1::AvatarEvaluation& evaluation) {
   }
 }
 
-}  // namespace
-
-void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) {
-  using Score = v1::AvatarScore;
-  Goals goals(evaluation);
-  const auto mean = [](const Score& s) { return s.mean_mm(); };
-  const auto median = [](const Score& s) { return s.median_mm(); };
+// A1 to A4.
+void AddErrorGoals(Goals& goals) {
+  const auto mean = [](const v1::AvatarScore& s) { return s.mean_mm(); };
+  const auto median = [](const v1::AvatarScore& s) { return s.median_mm(); };
   goals.OfDriven("A1", "mean mm", kKnown, 2, mean, 2.2, 1.5);
   goals.OfDriven("A1", "median mm", kKnown, 2, median, 1.6, 1.0);
   goals.OfDriven("A2", "mean mm", kUnseen, 3, mean, 2.5, 1.5);
   goals.OfDriven("A2", "median mm", kUnseen, 3, median, 1.3, 0.8);
   goals.OfDriven(
-      "A3", "seen, across the ray, mean mm", kKnown, 2, [](const Score& s) { return s.across_mm(); }, 0.3,
-      0.2);
+      "A3", "seen, across the ray, mean mm", kKnown, 2,
+      [](const v1::AvatarScore& s) { return s.across_mm(); }, 0.3, 0.2);
   goals.OfDriven(
-      "A3", "seen, mean mm", kKnown, 2, [](const Score& s) { return s.seen_mm(); }, 2.0, 1.3);
+      "A3", "seen, mean mm", kKnown, 2, [](const v1::AvatarScore& s) { return s.seen_mm(); }, 2.0, 1.3);
   goals.OfDriven(
-      "A3", "not seen, mean mm", kKnown, 2, [](const Score& s) { return s.unseen_mm(); }, 3.5, 2.5);
+      "A3", "not seen, mean mm", kKnown, 2, [](const v1::AvatarScore& s) { return s.unseen_mm(); }, 3.5, 2.5);
   goals.OfDriven(
-      "A4", "chamfer mm", kKnown, 2, [](const Score& s) { return s.chamfer_mm(); }, 1.8, 1.3);
+      "A4", "chamfer mm", kKnown, 2, [](const v1::AvatarScore& s) { return s.chamfer_mm(); }, 1.8, 1.3);
+}
+
+// A5 to A8: beside other methods, other cameras and the registration.
+void AddComparedGoals(v1::AvatarEvaluation& evaluation, Goals& goals) {
+  const auto mean = [](const v1::AvatarScore& s) { return s.mean_mm(); };
   for (const char* split : {kKnown, kUnseen}) {
     goals.Over("A5", "mean over that of the carrier", split, 2, "carrier", mean, 0.55, 0.4);
     goals.Over("A5", "mean over that without the net", split, 2, "without net", mean, 0.7, 0.5);
@@ -223,18 +225,26 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
     goals.Falls(split);
     goals.FromRegistered(split);
   }
+}
+
+// A9.
+void AddTremblingGoals(Goals& goals) {
   goals.OfDriven(
-      "A9", "trembling, seen, mm", kKnown, 2, [](const Score& s) { return s.trembling_seen_mm(); }, 0.3,
-      0.15);
+      "A9", "trembling, seen, mm", kKnown, 2, [](const v1::AvatarScore& s) { return s.trembling_seen_mm(); },
+      0.3, 0.15);
   goals.OfDriven(
-      "A9", "trembling, not seen, mm", kKnown, 2, [](const Score& s) { return s.trembling_unseen_mm(); }, 0.6,
-      0.3);
+      "A9", "trembling, not seen, mm", kKnown, 2,
+      [](const v1::AvatarScore& s) { return s.trembling_unseen_mm(); }, 0.6, 0.3);
   goals.Over(
       "A9", "trembling, seen, over that frame by frame", kKnown, 2, "frame by frame",
-      [](const Score& s) { return s.trembling_seen_mm(); }, 0.5, 0.5);
+      [](const v1::AvatarScore& s) { return s.trembling_seen_mm(); }, 0.5, 0.5);
   goals.Over(
       "A9", "trembling, not seen, over that frame by frame", kKnown, 2, "frame by frame",
-      [](const Score& s) { return s.trembling_unseen_mm(); }, 0.5, 0.5);
+      [](const v1::AvatarScore& s) { return s.trembling_unseen_mm(); }, 0.5, 0.5);
+}
+
+// A10, A11 and X3: what goes wrong in a place, and what sigma says of it.
+void AddTrustGoals(Goals& goals) {
   for (const char* split : {kKnown, kUnseen}) {
     goals.Dark(split);
     goals.HandBefore(split);
@@ -242,20 +252,35 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
   for (const char* split : {kKnown, kUnseen}) {
     goals.OfDriven(
         "A11", "errors below 1 sigma, off 68 %", split, 2,
-        [](const Score& s) { return std::abs(100 * s.share_within_sigma() - 68); }, 8, 3);
+        [](const v1::AvatarScore& s) { return std::abs(100 * s.share_within_sigma() - 68); }, 8, 3);
     goals.OfDriven(
         "A11", "errors below 2 sigma, off 94 %", split, 2,
-        [](const Score& s) { return std::abs(100 * s.share_within_two_sigma() - 94); }, 4, 2);
+        [](const v1::AvatarScore& s) { return std::abs(100 * s.share_within_two_sigma() - 94); }, 4, 2);
   }
   for (const char* split : {kKnown, kUnseen}) goals.AtSeams(split);
+}
+
+// A12 and A14.
+void AddCostGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation, Goals& goals) {
   // The table's time is that of one core.
-  const Score* timed = FindScore(evaluation, kKnown, 2, "driven");
+  const v1::AvatarScore* timed = FindScore(evaluation, kKnown, 2, "driven");
   if (timed != nullptr && timed->threads() == 1)
     goals.Add("A12", "ms a frame without decoding, one core, 2 cameras", timed->ms_a_frame(), 80, 55);
   if (FindScore(evaluation, kKnown, 2, "driven") != nullptr &&
       FindScore(evaluation, kKnown, 2, "without net") == nullptr)
     evaluation.add_remarks("the avatar has no net, so A5 over carrier + rays + E_Dist is not measured");
   goals.Add("A14", "size of the avatar, MB", BytesOf(avatar) / kMegabyte, 10, 6);
+}
+
+}  // namespace
+
+void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) {
+  Goals goals(evaluation);
+  AddErrorGoals(goals);
+  AddComparedGoals(evaluation, goals);
+  AddTremblingGoals(goals);
+  AddTrustGoals(goals);
+  AddCostGoals(avatar, evaluation, goals);
 }
 
 std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
