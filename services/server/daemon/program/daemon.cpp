@@ -107,6 +107,30 @@ absl::StatusOr<std::unique_ptr<Executor>> MakeLocalExecutor(const DaemonOptions&
   return LocalExecutor::Create(executor_options);
 }
 
+// Makes the folder, closed to others. `options` gets the paths as the file system has them.
+absl::StatusOr<PathPolicy> TakeStateFolder(DaemonOptions& options) {
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.state_folder));
+  options.state_folder = std::filesystem::canonical(options.state_folder).string();
+  WEFT_ASSIGN_OR_RETURN(PathPolicy policy, PathPolicy::Create(options.allow_paths, options.state_folder));
+  options.allow_paths = policy.allowed();
+  // Takes, results and the list of clients are nobody else's.
+  std::error_code error;
+  std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
+  if (error) return WriteError(options.state_folder, error.value());
+  return policy;
+}
+
+v1::ServerInfo InfoOf(const DaemonOptions& options, const PathPolicy& policy, const CoreShare& share) {
+  v1::ServerInfo info;
+  info.set_version(WEFT_VERSION);
+  info.set_workers(share.workers);
+  info.set_threads_per_worker(share.threads_per_worker);
+  info.mutable_allowed_paths()->Assign(policy.allowed().begin(), policy.allowed().end());
+  info.set_state_folder(options.state_folder);
+  info.set_started_unix_ns(HostTime_ns());
+  return info;
+}
+
 SlurmOptions SlurmOptionsOf(const DaemonOptions& options) {
   SlurmOptions slurm = options.slurm;
   if (slurm.worker_program.empty()) slurm.worker_program = options.worker_program;
@@ -277,15 +301,7 @@ Daemon::~Daemon() { Stop(); }
 
 absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   WEFT_RETURN_IF_ERROR(options.Validate());
-  WEFT_RETURN_IF_ERROR(CreateFolders(options.state_folder));
-  options.state_folder = std::filesystem::canonical(options.state_folder).string();
-  WEFT_ASSIGN_OR_RETURN(PathPolicy policy, PathPolicy::Create(options.allow_paths, options.state_folder));
-  options.allow_paths = policy.allowed();
-  // Takes, results and the list of clients are nobody else's.
-  std::error_code error;
-  std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
-  if (error) return WriteError(options.state_folder, error.value());
-
+  WEFT_ASSIGN_OR_RETURN(PathPolicy policy, TakeStateFolder(options));
   if (const std::string gaps = ConfinementGaps(); !gaps.empty()) spdlog::warn("{}", gaps);
   if (options.reads_in_processes)
     ReadInProcesses(options);
@@ -301,13 +317,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Library> library, Library::Open(options.state_folder));
   daemon->parts_->library = std::move(library);
 
-  v1::ServerInfo info;
-  info.set_version(WEFT_VERSION);
-  info.set_workers(share.workers);
-  info.set_threads_per_worker(share.threads_per_worker);
-  info.mutable_allowed_paths()->Assign(policy.allowed().begin(), policy.allowed().end());
-  info.set_state_folder(options.state_folder);
-  info.set_started_unix_ns(HostTime_ns());
+  const v1::ServerInfo info = InfoOf(options, policy, share);
   Parts& parts = *daemon->parts_;
   WEFT_ASSIGN_OR_RETURN(auto session_registry,
                         SessionRegistry::Create(absl::StrCat(options.state_folder, "/sessions")));

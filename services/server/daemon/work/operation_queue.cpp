@@ -182,8 +182,7 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
   entries_.at(id).operation.set_share_done(share);
 }
 
-OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, const std::stop_token& stop) {
-  Outcome outcome;
+absl::StatusOr<ChildProcess> OperationQueue::StartProcess(const v1::Operation& operation, Outcome& outcome) {
   const std::string& id = operation.id();
   std::vector<std::string> inputs;
   const auto resolve = [&](const std::string& field, const std::string& value) {
@@ -199,7 +198,7 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
     outcome.refused = arguments.ok();
     if (!arguments.ok()) outcome.exit_status = ExitStatusOf(ready);
     outcome.error = std::string(ready.message());
-    return outcome;
+    return ready;
   }
   {
     const Lock lock(mutex_);
@@ -217,13 +216,17 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
     outcome.refused = absl::IsResourceExhausted(child.status());
     if (!outcome.refused) outcome.exit_status = kExitFailed;
     outcome.error = std::string(child.status().message());
-    return outcome;
   }
+  return child;
+}
+
+int OperationQueue::AwaitProcess(const std::string& id, ChildProcess& child, const std::stop_token& stop,
+                                 Outcome& outcome) {
   LineSplitter lines;
   const auto listen = [&] {
-    outcome.output += child->ReadOut();
+    outcome.output += child.ReadOut();
     outcome.output.resize(std::min(outcome.output.size(), kMostOutputBytes));
-    for (const std::string& line : lines.Add(child->ReadErr())) {
+    for (const std::string& line : lines.Add(child.ReadErr())) {
       std::string step;
       double share = 0;
       absl::string_view words_of_line = line;
@@ -240,18 +243,25 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   constexpr int kLook_ms = 200;
   constexpr int kGrace = 25;  // looks between SIGTERM and SIGKILL
   for (int asked = 0;;) {
-    pollfd waits[] = {
-        {child->exit_fd(), POLLIN, 0}, {child->out_fd(), POLLIN, 0}, {child->err_fd(), POLLIN, 0}};
+    pollfd waits[] = {{child.exit_fd(), POLLIN, 0}, {child.out_fd(), POLLIN, 0}, {child.err_fd(), POLLIN, 0}};
     poll(waits, std::size(waits), kLook_ms);
     listen();
     if (waits[0].revents != 0) break;
     outcome.stopped = stop.stop_requested();
     if (!outcome.stopped && !IsCancelled(id)) continue;
-    if (asked == 0) child->Signal(SIGTERM);
-    if (++asked > kGrace) child->Signal(SIGKILL);
+    if (asked == 0) child.Signal(SIGTERM);
+    if (++asked > kGrace) child.Signal(SIGKILL);
   }
-  const int status = child->Reap();
+  const int status = child.Reap();
   listen();
+  return status;
+}
+
+OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, const std::stop_token& stop) {
+  Outcome outcome;
+  absl::StatusOr<ChildProcess> child = StartProcess(operation, outcome);
+  if (!child.ok()) return outcome;
+  const int status = AwaitProcess(operation.id(), *child, stop, outcome);
   const bool lacks_threads =
       TellsLackOfThreads(absl::StrCat(outcome.error, "\n", absl::StrJoin(outcome.notes, "\n")));
   if (WIFEXITED(status))

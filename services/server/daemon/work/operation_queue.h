@@ -22,6 +22,8 @@
 
 namespace weft {
 
+class ChildProcess;
+
 struct OperationQueueOptions {
   std::string folder;      // a folder per operation
   std::string program;     // weft
@@ -101,6 +103,10 @@ class OperationQueue {
   void Work(const std::stop_token& stop);
   // Without the lock: the process, until it has ended.
   Outcome Run(const v1::Operation& operation, const std::stop_token& stop);
+  // Where there is none, the outcome says why.
+  absl::StatusOr<ChildProcess> StartProcess(const v1::Operation& operation, Outcome& outcome);
+  // Takes down what it prints until it has ended. Returns its status, as of waitpid.
+  int AwaitProcess(const std::string& id, ChildProcess& child, const std::stop_token& stop, Outcome& outcome);
   // What its process may read.
   std::vector<std::string> ReadableOf(const v1::OperationSpec& spec,
                                       const std::vector<std::string>& inputs) const;
