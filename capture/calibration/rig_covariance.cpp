@@ -27,6 +27,43 @@ std::vector<ViewNormal> ViewNormals(const CalibrationBundle& bundle, double hube
   return out;
 }
 
+// Adds what the views of one placement say of its cameras and the warp of its board: the Schur complement of
+// its pose. `cameras`: their unknowns, which come first in the matrix.
+void AddPlacement(const CalibrationBundle& bundle, const std::vector<ViewNormal>& normals, size_t placement,
+                  const std::vector<size_t>& views, Eigen::Index cameras, Eigen::MatrixXd& matrix) {
+  // Rows of the unknowns that meet in this placement: its cameras, then the warp of its board.
+  const Eigen::Index count = static_cast<Eigen::Index>(views.size()) * kCameraUnknowns + kWarpUnknowns;
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(count, count),
+                  cross = Eigen::MatrixXd::Zero(count, kPlacementUnknowns);
+  Eigen::Matrix<double, kPlacementUnknowns, kPlacementUnknowns> pose =
+      Eigen::Matrix<double, kPlacementUnknowns, kPlacementUnknowns>::Zero();
+  const Eigen::Index warp = count - kWarpUnknowns;
+  std::vector<Eigen::Index> row_of(count);
+  for (size_t k = 0; k < views.size(); ++k) {
+    const ViewNormal& n = normals[views[k]];
+    const Eigen::Index at = static_cast<Eigen::Index>(k) * kCameraUnknowns;
+    own.block<kCameraUnknowns, kCameraUnknowns>(at, at) = n.topLeftCorner<kCameraUnknowns, kCameraUnknowns>();
+    own.block<kCameraUnknowns, kWarpUnknowns>(at, warp) =
+        n.block<kCameraUnknowns, kWarpUnknowns>(0, kWarpFirst);
+    own.block<kWarpUnknowns, kCameraUnknowns>(warp, at) =
+        n.block<kWarpUnknowns, kCameraUnknowns>(kWarpFirst, 0);
+    own.block<kWarpUnknowns, kWarpUnknowns>(warp, warp) +=
+        n.block<kWarpUnknowns, kWarpUnknowns>(kWarpFirst, kWarpFirst);
+    cross.middleRows<kCameraUnknowns>(at) = n.block<kCameraUnknowns, kPlacementUnknowns>(0, kPlacementFirst);
+    cross.middleRows<kWarpUnknowns>(warp) +=
+        n.block<kWarpUnknowns, kPlacementUnknowns>(kWarpFirst, kPlacementFirst);
+    pose += n.block<kPlacementUnknowns, kPlacementUnknowns>(kPlacementFirst, kPlacementFirst);
+    for (int i = 0; i < kCameraUnknowns; ++i)
+      row_of[at + i] = bundle.views[views[k]].camera * kCameraUnknowns + i;
+  }
+  for (int i = 0; i < kWarpUnknowns; ++i)
+    row_of[warp + i] = cameras + bundle.placements[placement].board * kWarpUnknowns + i;
+  own.noalias() -= cross * pose.ldlt().solve(cross.transpose());
+  for (Eigen::Index j = 0; j < count; ++j) {
+    for (Eigen::Index i = 0; i < count; ++i) matrix(row_of[i], row_of[j]) += own(i, j);
+  }
+}
+
 // Shifts and turns of the world about the middle of the cameras, as changes of the cameras' unknowns.
 Eigen::MatrixXd WorldMotions(const CalibrationBundle& bundle, int unknowns) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -53,43 +90,8 @@ RigInformation ReduceToRig(const CalibrationBundle& bundle, double huber_sigmas)
   out.matrix = Eigen::MatrixXd::Zero(unknowns, unknowns);
   std::vector<std::vector<size_t>> of_placement(bundle.placements.size());
   for (size_t v = 0; v < bundle.views.size(); ++v) of_placement[bundle.views[v].placement].push_back(v);
-  for (size_t p = 0; p < bundle.placements.size(); ++p) {
-    if (of_placement[p].empty()) continue;
-    // Rows of the unknowns that meet in this placement: its cameras, then the warp of its board.
-    const Eigen::Index count =
-        static_cast<Eigen::Index>(of_placement[p].size()) * kCameraUnknowns + kWarpUnknowns;
-    Eigen::MatrixXd own = Eigen::MatrixXd::Zero(count, count),
-                    cross = Eigen::MatrixXd::Zero(count, kPlacementUnknowns);
-    Eigen::Matrix<double, kPlacementUnknowns, kPlacementUnknowns> pose =
-        Eigen::Matrix<double, kPlacementUnknowns, kPlacementUnknowns>::Zero();
-    const Eigen::Index warp = count - kWarpUnknowns;
-    std::vector<Eigen::Index> row_of(count);
-    for (size_t k = 0; k < of_placement[p].size(); ++k) {
-      const ViewNormal& n = normals[of_placement[p][k]];
-      const Eigen::Index at = static_cast<Eigen::Index>(k) * kCameraUnknowns;
-      own.block<kCameraUnknowns, kCameraUnknowns>(at, at) =
-          n.topLeftCorner<kCameraUnknowns, kCameraUnknowns>();
-      own.block<kCameraUnknowns, kWarpUnknowns>(at, warp) =
-          n.block<kCameraUnknowns, kWarpUnknowns>(0, kWarpFirst);
-      own.block<kWarpUnknowns, kCameraUnknowns>(warp, at) =
-          n.block<kWarpUnknowns, kCameraUnknowns>(kWarpFirst, 0);
-      own.block<kWarpUnknowns, kWarpUnknowns>(warp, warp) +=
-          n.block<kWarpUnknowns, kWarpUnknowns>(kWarpFirst, kWarpFirst);
-      cross.middleRows<kCameraUnknowns>(at) =
-          n.block<kCameraUnknowns, kPlacementUnknowns>(0, kPlacementFirst);
-      cross.middleRows<kWarpUnknowns>(warp) +=
-          n.block<kWarpUnknowns, kPlacementUnknowns>(kWarpFirst, kPlacementFirst);
-      pose += n.block<kPlacementUnknowns, kPlacementUnknowns>(kPlacementFirst, kPlacementFirst);
-      for (int i = 0; i < kCameraUnknowns; ++i)
-        row_of[at + i] = bundle.views[of_placement[p][k]].camera * kCameraUnknowns + i;
-    }
-    for (int i = 0; i < kWarpUnknowns; ++i)
-      row_of[warp + i] = cameras + bundle.placements[p].board * kWarpUnknowns + i;
-    own.noalias() -= cross * pose.ldlt().solve(cross.transpose());
-    for (Eigen::Index j = 0; j < count; ++j) {
-      for (Eigen::Index i = 0; i < count; ++i) out.matrix(row_of[i], row_of[j]) += own(i, j);
-    }
-  }
+  for (size_t p = 0; p < bundle.placements.size(); ++p)
+    if (!of_placement[p].empty()) AddPlacement(bundle, normals, p, of_placement[p], cameras, out.matrix);
   for (size_t c = 0; c < bundle.cameras.size(); ++c) {
     const Eigen::Vector3d weights = RadialPriorWeights(bundle.cameras[c]);
     for (int i = 0; i < 3; ++i) {

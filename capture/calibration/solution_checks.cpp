@@ -75,55 +75,51 @@ void CheckUnit(const CalibrationTarget& target, const CalibrationSolution& solut
                      median_mm, tag_mm)});
 }
 
-}  // namespace
-
-std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
-                                            const CalibrationSolution& solution, bool scale_from_bar,
-                                            const CalibrationCheckOptions& options) {
-  std::vector<CalibrationIssue> out;
-  CheckUnit(target, solution, out);
-  std::vector<double> rms;
-  for (const CameraFit& fit : solution.cameras) rms.push_back(fit.rms_px);
-  const double median_px = Median(std::move(rms));
-  const double limit_px = std::min(options.max_rms_px, std::max(0.2, options.max_rms_ratio * median_px));
-  for (size_t c = 0; c < solution.cameras.size(); ++c) {
-    const CameraFit& fit = solution.cameras[c];
-    const std::string who = absl::StrCat("camera ", solution.bundle.cameras[c].id);
-    const int corners = fit.corners + fit.rejected_corners;
-    const std::string changed = WhenChanged(solution, static_cast<int>(c), options);
-    const std::string when =
-        changed.empty() ? "" : absl::StrCat("; ", changed, " do not fit what others saw at that moment");
-    if (fit.rms_px > limit_px) {
-      out.push_back(
-          {CalibrationFault::kHighResidual,
-           {static_cast<int>(c)},
-           absl::StrFormat(
-               "%s: reprojection error of %.2f px over %d views, at most %.2f px are accepted (the median "
-               "camera has %.2f px); was it moved, out of sync, or the board bent?%s",
-               who, fit.rms_px, fit.views, limit_px, median_px, when)});
-    } else if (10 * fit.rejected_corners > 3 * corners) {
-      out.push_back(
-          {CalibrationFault::kHighResidual,
-           {static_cast<int>(c)},
-           absl::StrFormat("%s: %d of %d corners do not fit the others; was it moved or out of sync?%s", who,
-                           fit.rejected_corners, corners, when)});
-    } else if (!changed.empty()) {
-      out.push_back(
-          {CalibrationFault::kChanged,
-           {static_cast<int>(c)},
-           absl::StrCat(who, ": ", changed,
-                        " do not fit what other cameras saw at the same moment; was it turned, moved, "
-                        "out of sync, or are those pictures another camera's? Record again, or leave "
-                        "those frames out")});
-    } else if (fit.projection_sigma_px > options.max_projection_sigma_px) {
-      out.push_back({CalibrationFault::kUncertain,
-                     {static_cast<int>(c)},
-                     absl::StrFormat(
-                         "%s: projection uncertainty of %.2f px on the stage, at most %.2f px are accepted; "
+// How a camera fits, the first fault alone. `limit_px` of the residual follows from the median of all
+// cameras.
+void CheckCamera(const CalibrationSolution& solution, int camera, double median_px, double limit_px,
+                 const CalibrationCheckOptions& options, std::vector<CalibrationIssue>& out) {
+  const CameraFit& fit = solution.cameras[camera];
+  const std::string who = absl::StrCat("camera ", solution.bundle.cameras[camera].id);
+  const int corners = fit.corners + fit.rejected_corners;
+  const std::string changed = WhenChanged(solution, camera, options);
+  const std::string when =
+      changed.empty() ? "" : absl::StrCat("; ", changed, " do not fit what others saw at that moment");
+  if (fit.rms_px > limit_px) {
+    out.push_back(
+        {CalibrationFault::kHighResidual,
+         {camera},
+         absl::StrFormat(
+             "%s: reprojection error of %.2f px over %d views, at most %.2f px are accepted (the median "
+             "camera has %.2f px); was it moved, out of sync, or the board bent?%s",
+             who, fit.rms_px, fit.views, limit_px, median_px, when)});
+  } else if (10 * fit.rejected_corners > 3 * corners) {
+    out.push_back(
+        {CalibrationFault::kHighResidual,
+         {camera},
+         absl::StrFormat("%s: %d of %d corners do not fit the others; was it moved or out of sync?%s", who,
+                         fit.rejected_corners, corners, when)});
+  } else if (!changed.empty()) {
+    out.push_back(
+        {CalibrationFault::kChanged,
+         {camera},
+         absl::StrCat(who, ": ", changed,
+                      " do not fit what other cameras saw at the same moment; was it turned, moved, "
+                      "out of sync, or are those pictures another camera's? Record again, or leave "
+                      "those frames out")});
+  } else if (fit.projection_sigma_px > options.max_projection_sigma_px) {
+    out.push_back(
+        {CalibrationFault::kUncertain,
+         {camera},
+         absl::StrFormat("%s: projection uncertainty of %.2f px on the stage, at most %.2f px are accepted; "
                          "show it more boards (it has %d views), tilted, near and far, with its neighbours",
                          who, fit.projection_sigma_px, options.max_projection_sigma_px, fit.views)});
-    }
   }
+}
+
+// Bars whose length does not fit the size of the tags, where these give the scale.
+void CheckBars(const CalibrationTarget& target, const CalibrationSolution& solution, bool scale_from_bar,
+               const CalibrationCheckOptions& options, std::vector<CalibrationIssue>& out) {
   for (const ScaleBarFit& fit : solution.bars) {
     const ScaleBar& bar = target.scale_bars[fit.bar];
     const double error = fit.length_mm / bar.length_mm - 1;
@@ -139,6 +135,22 @@ std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
              "the scale from the bar",
              bar.id, fit.length_mm, bar.length_mm, 100 / (1 + error))});
   }
+}
+
+}  // namespace
+
+std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
+                                            const CalibrationSolution& solution, bool scale_from_bar,
+                                            const CalibrationCheckOptions& options) {
+  std::vector<CalibrationIssue> out;
+  CheckUnit(target, solution, out);
+  std::vector<double> rms;
+  for (const CameraFit& fit : solution.cameras) rms.push_back(fit.rms_px);
+  const double median_px = Median(std::move(rms));
+  const double limit_px = std::min(options.max_rms_px, std::max(0.2, options.max_rms_ratio * median_px));
+  for (size_t c = 0; c < solution.cameras.size(); ++c)
+    CheckCamera(solution, static_cast<int>(c), median_px, limit_px, options, out);
+  CheckBars(target, solution, scale_from_bar, options, out);
   return out;
 }
 
