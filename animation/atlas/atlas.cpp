@@ -92,6 +92,111 @@ std::vector<double> LinearWeights(const std::vector<Eigen::Vector3d>& at_mm, int
   return out;
 }
 
+// Lays the panels out in the image, as if texels were cells. `place_of` gets each vertex's place within its
+// panel before the panel is turned, in texels whose centres have whole coordinates.
+GarmentParts PackPanels(const Template& garment, const std::vector<int>& panel_of_vertex, int panels,
+                        const AtlasOptions& options, std::vector<Eigen::Vector2d>& place_of) {
+  const int vertices = static_cast<int>(panel_of_vertex.size());
+  const double texel_cells = 1 << options.level;
+  // From the panel's first row and column.
+  std::vector<Eigen::Vector2d> first(panels, {1e9, 1e9});
+  for (int v = 0; v < vertices; ++v)
+    if (const int p = panel_of_vertex[v]; p >= 0) {
+      const Eigen::Vector2d place = garment.node_of_vertex[v].PlaceInCells();
+      first[p] = first[p].cwiseMin(Eigen::Vector2d(std::floor(place.x()), std::floor(place.y())));
+    }
+  place_of.assign(vertices, Eigen::Vector2d::Zero());
+  GarmentParts parts;
+  parts.panels.resize(panels);
+  std::map<std::pair<int, std::pair<int, int>>, int> texels;  // panel, row, column
+  for (int v = 0; v < vertices; ++v) {
+    const int p = panel_of_vertex[v];
+    if (p < 0) continue;
+    const Eigen::Vector2d place = (garment.node_of_vertex[v].PlaceInCells() - first[p]) / texel_cells;
+    const int row = static_cast<int>(place.y()), col = static_cast<int>(place.x());
+    texels[{p, {row, col}}] = 0;
+    parts.panels[p].last_row = std::max(parts.panels[p].last_row, row);
+    parts.panels[p].last_col = std::max(parts.panels[p].last_col, col);
+    place_of[v] = place - Eigen::Vector2d(0.5, 0.5);
+  }
+  PanelSheet sheet;
+  sheet.panels = panels;
+  for (const auto& [key, unused] : texels) {
+    sheet.panel_of_vertex.push_back(key.first);
+    sheet.cell_of_vertex.push_back({key.second.first, key.second.second, NodeKind::kCenter});
+  }
+  PackCharts(sheet, 1, 2 * options.gutter, &parts);
+  return parts;
+}
+
+// The vertex beyond the seam at a vertex: the nearest node that is reached without crossing the panel; -1:
+// none.
+int VertexBeyondSeam(const Template& garment, const MeshGraph& graph, const std::vector<int>& panel_of_vertex,
+                     int v) {
+  std::vector<int> ring = {v}, visited = {v};
+  int best = -1;
+  double best_mm = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= kWidestSeam && best < 0; ++step) {
+    std::vector<int> next;
+    for (const int at : ring)
+      for (int i = graph.first[at]; i < graph.first[at + 1]; ++i) {
+        const int other = graph.neighbor[i];
+        if (std::find(visited.begin(), visited.end(), other) != visited.end()) continue;
+        if (panel_of_vertex[other] < 0) {
+          visited.push_back(other), next.push_back(other);
+          continue;
+        }
+        const double cells =
+            (garment.node_of_vertex[other].PlaceInCells() - garment.node_of_vertex[v].PlaceInCells()).norm();
+        if (panel_of_vertex[other] == panel_of_vertex[v] && cells < kOtherSideCells) continue;
+        const double mm = (garment.rest.vertices_mm[other] - garment.rest.vertices_mm[v]).norm();
+        if (mm < best_mm) best = other, best_mm = mm;
+      }
+    ring = std::move(next);
+  }
+  return best;
+}
+
+struct TexelGrid {
+  int width = 0, height = 0;
+
+  // -1: outside of the image.
+  int At(int col, int row) const {
+    return col < 0 || row < 0 || col >= width || row >= height ? -1 : row * width + col;
+  }
+  int Beside(int texel, int cols, int rows) const { return At(texel % width + cols, texel / width + rows); }
+  Eigen::Vector2d PlaceOf(int texel) const { return Eigen::Vector2d(texel % width, texel / width); }
+};
+
+// The way from a texel of a panel into its panel, of length 1; zero where no side has more of it.
+Eigen::Vector2d InwardAt(const TexelGrid& grid, const std::vector<int>& panel_of_texel, int texel) {
+  Eigen::Vector2d inward = Eigen::Vector2d::Zero();
+  const Eigen::Vector2d at = grid.PlaceOf(texel);
+  const int reach = static_cast<int>(kInwardTexels);
+  for (int dr = -reach; dr <= reach; ++dr)
+    for (int dc = -reach; dc <= reach; ++dc) {
+      const int t = grid.Beside(texel, dc, dr);
+      if (t < 0 || panel_of_texel[t] != panel_of_texel[texel]) continue;
+      if (std::hypot(dr, dc) <= kInwardTexels) inward += grid.PlaceOf(t) - at;
+    }
+  if (inward.norm() > 1e-9) inward.normalize();
+  return inward;
+}
+
+// The texel of a panel that is nearest to another within `gutter`, and how far it is; -1: none.
+std::pair<int, double> NearestPanelTexel(const TexelGrid& grid, const std::vector<int>& panel_of_texel,
+                                         int texel, int gutter) {
+  int nearest = -1;
+  double distance = gutter + 0.5;
+  for (int dr = -gutter; dr <= gutter; ++dr)
+    for (int dc = -gutter; dc <= gutter; ++dc) {
+      const int t = grid.Beside(texel, dc, dr);
+      if (t < 0 || panel_of_texel[t] < 0 || std::hypot(dr, dc) >= distance) continue;
+      nearest = t, distance = std::hypot(dr, dc);
+    }
+  return {nearest, distance};
+}
+
 int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
 
 }  // namespace
@@ -119,35 +224,7 @@ absl::StatusOr<Atlas> Atlas::Build(const Template& garment, const AtlasOptions& 
   layout.graph = BuildMeshGraph(garment.rest);
   layout.panel_of_vertex = PanelsOf(garment, layout.graph, &out.panels_);
   const int vertices = layout.graph.vertices;
-  const double texel_cells = 1 << options.level;
-  // From the panel's first row and column, in texels; then packed as if texels were cells.
-  std::vector<Eigen::Vector2d> first(out.panels_, {1e9, 1e9});
-  for (int v = 0; v < vertices; ++v)
-    if (const int p = layout.panel_of_vertex[v]; p >= 0) {
-      const Eigen::Vector2d place = garment.node_of_vertex[v].PlaceInCells();
-      first[p] = first[p].cwiseMin(Eigen::Vector2d(std::floor(place.x()), std::floor(place.y())));
-    }
-  layout.place.assign(vertices, Eigen::Vector2d::Zero());
-  GarmentParts parts;
-  parts.panels.resize(out.panels_);
-  std::map<std::pair<int, std::pair<int, int>>, int> texels;  // panel, row, column
-  for (int v = 0; v < vertices; ++v) {
-    const int p = layout.panel_of_vertex[v];
-    if (p < 0) continue;
-    const Eigen::Vector2d place = (garment.node_of_vertex[v].PlaceInCells() - first[p]) / texel_cells;
-    const int row = static_cast<int>(place.y()), col = static_cast<int>(place.x());
-    texels[{p, {row, col}}] = 0;
-    parts.panels[p].last_row = std::max(parts.panels[p].last_row, row);
-    parts.panels[p].last_col = std::max(parts.panels[p].last_col, col);
-    layout.place[v] = place - Eigen::Vector2d(0.5, 0.5);
-  }
-  PanelSheet sheet;
-  sheet.panels = out.panels_;
-  for (const auto& [key, unused] : texels) {
-    sheet.panel_of_vertex.push_back(key.first);
-    sheet.cell_of_vertex.push_back({key.second.first, key.second.second, NodeKind::kCenter});
-  }
-  PackCharts(sheet, 1, 2 * options.gutter, &parts);
+  const GarmentParts parts = PackPanels(garment, layout.panel_of_vertex, out.panels_, options, layout.place);
   // The square that they were packed into ends where they end.
   for (const TemplatePanel& panel : parts.panels) {
     const bool upright = panel.quarter_turns % 2 == 0;
@@ -223,37 +300,7 @@ void Atlas::FindSources(const Template& garment, const Layout& layout) {
 }
 
 void Atlas::FindGutter(const Template& garment, const Layout& layout, const AtlasOptions& options) {
-  const MeshGraph& graph = layout.graph;
-  // The vertex beyond the seam at a vertex: the nearest node that is reached without crossing the panel.
-  const auto beyond = [&](int v) {
-    std::vector<int> ring = {v}, visited = {v};
-    int best = -1;
-    double best_mm = std::numeric_limits<double>::infinity();
-    for (int step = 0; step <= kWidestSeam && best < 0; ++step) {
-      std::vector<int> next;
-      for (const int at : ring)
-        for (int i = graph.first[at]; i < graph.first[at + 1]; ++i) {
-          const int other = graph.neighbor[i];
-          if (std::find(visited.begin(), visited.end(), other) != visited.end()) continue;
-          if (layout.panel_of_vertex[other] < 0) {
-            visited.push_back(other), next.push_back(other);
-            continue;
-          }
-          const double cells =
-              (garment.node_of_vertex[other].PlaceInCells() - garment.node_of_vertex[v].PlaceInCells())
-                  .norm();
-          if (layout.panel_of_vertex[other] == layout.panel_of_vertex[v] && cells < kOtherSideCells) continue;
-          const double mm = (garment.rest.vertices_mm[other] - garment.rest.vertices_mm[v]).norm();
-          if (mm < best_mm) best = other, best_mm = mm;
-        }
-      ring = std::move(next);
-    }
-    return best;
-  };
-  const auto texel_at = [&](int col, int row) {
-    return col < 0 || row < 0 || col >= width_ || row >= height_ ? -1 : row * width_ + col;
-  };
-  const auto place_of = [&](int texel) { return Eigen::Vector2d(texel % width_, texel / width_); };
+  const TexelGrid grid = {width_, height_};
   // The texel beyond the seam at a panel's texel, and the way from it into its panel.
   struct Partner {
     int texel = -1;
@@ -262,34 +309,19 @@ void Atlas::FindGutter(const Template& garment, const Layout& layout, const Atla
   const auto partner_of = [&](int texel) {
     Partner out;
     for (const int v : layout.vertices_of_texel[texel]) {
-      const int other = beyond(v);
+      const int other = VertexBeyondSeam(garment, layout.graph, layout.panel_of_vertex, v);
       if (other < 0) continue;
       out.texel = texel_of_vertex_[other];
       break;
     }
     if (out.texel < 0) return out;
-    const Eigen::Vector2d at = place_of(out.texel);
-    const int reach = static_cast<int>(kInwardTexels);
-    for (int dr = -reach; dr <= reach; ++dr)
-      for (int dc = -reach; dc <= reach; ++dc) {
-        const int t = texel_at(out.texel % width_ + dc, out.texel / width_ + dr);
-        if (t < 0 || layout.panel_of_texel[t] != layout.panel_of_texel[out.texel]) continue;
-        if (std::hypot(dr, dc) <= kInwardTexels) out.inward += place_of(t) - at;
-      }
-    if (out.inward.norm() > 1e-9) out.inward.normalize();
+    out.inward = InwardAt(grid, layout.panel_of_texel, out.texel);
     return out;
   };
   std::map<int, Partner> partners;
   for (int texel = 0; texel < static_cast<int>(kinds_.size()); ++texel) {
     if (layout.panel_of_texel[texel] >= 0) continue;
-    int nearest = -1;
-    double distance = options.gutter + 0.5;
-    for (int dr = -options.gutter; dr <= options.gutter; ++dr)
-      for (int dc = -options.gutter; dc <= options.gutter; ++dc) {
-        const int t = texel_at(texel % width_ + dc, texel / width_ + dr);
-        if (t < 0 || layout.panel_of_texel[t] < 0 || std::hypot(dr, dc) >= distance) continue;
-        nearest = t, distance = std::hypot(dr, dc);
-      }
+    const auto [nearest, distance] = NearestPanelTexel(grid, layout.panel_of_texel, texel, options.gutter);
     if (nearest < 0) continue;
     auto found = partners.find(nearest);
     if (found == partners.end()) found = partners.emplace(nearest, partner_of(nearest)).first;
@@ -300,14 +332,14 @@ void Atlas::FindGutter(const Template& garment, const Layout& layout, const Atla
       continue;
     }
     kinds_[texel] = TexelKind::kSeam;
-    const Eigen::Vector2d at = place_of(partner.texel) + (distance - 1) * partner.inward;
+    const Eigen::Vector2d at = grid.PlaceOf(partner.texel) + (distance - 1) * partner.inward;
     std::vector<Weighted> sources;
     float sum = 0;
     const int col = static_cast<int>(std::floor(at.x())), row = static_cast<int>(std::floor(at.y()));
     for (int corner = 0; corner < 4; ++corner) {
-      const int t = texel_at(col + corner % 2, row + corner / 2);
+      const int t = grid.At(col + corner % 2, row + corner / 2);
       if (t < 0 || layout.panel_of_texel[t] != layout.panel_of_texel[partner.texel]) continue;
-      const Eigen::Vector2d off = (place_of(t) - at).cwiseAbs();
+      const Eigen::Vector2d off = (grid.PlaceOf(t) - at).cwiseAbs();
       const auto weight = static_cast<float>((1 - off.x()) * (1 - off.y()));
       if (weight > 1e-6f) sources.push_back({t, weight}), sum += weight;
     }
