@@ -137,6 +137,43 @@ bool StayApart(bool is_edges, const At& at, double least) {
   return apart_in(4) || apart_in(64);
 }
 
+// Displacements beyond the common rigid motion.
+struct LimitedMotion {
+  std::vector<Vector3d> carried, move;  // where the rigid motion leads, and the way from there
+  std::vector<uint8_t> is_limited;      // 1: the way was shortened
+};
+
+// Shortens ways that are longer than `longest`; `to` follows.
+LimitedMotion Limited(const std::vector<Vector3d>& from, const Eigen::Isometry3d& carry, double longest,
+                      std::vector<Vector3d>& to) {
+  const size_t n = from.size();
+  LimitedMotion out{std::vector<Vector3d>(n), std::vector<Vector3d>(n), std::vector<uint8_t>(n, 0)};
+  ForEachIndex(n, [&](size_t v) {
+    out.carried[v] = carry * from[v];
+    out.move[v] = to[v] - out.carried[v];
+    const double length = out.move[v].norm();
+    if (length > longest) {
+      out.move[v] *= longest / length;
+      to[v] = out.carried[v] + out.move[v];
+      out.is_limited[v] = 1;
+    }
+  });
+  return out;
+}
+
+bool StaysApart(const ContactPair& p, const LimitedMotion& motion, const std::vector<Vector3d>& to,
+                const Eigen::Isometry3d& carry, const KeepApartOptions& options) {
+  const auto at = [&](double share) {
+    PairPlaces out;
+    for (int i = 0; i < 4; ++i) out[i] = motion.carried[p.v[i]] + share * motion.move[p.v[i]];
+    return out;
+  };
+  const double least = LeastDistance(p.distance_mm, options);
+  const PairPlaces end = {to[p.v[0]], to[p.v[1]], to[p.v[2]], to[p.v[3]]};
+  return Separation(p.is_edges, end, carry.linear() * p.normal) >= least ||
+         (options.planes_turn && StayApart(p.is_edges, at, least));
+}
+
 }  // namespace
 
 ContactFinder::ContactFinder(int vertices, const std::vector<Face>& faces, double reach_mm)
@@ -303,29 +340,11 @@ KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vec
   constexpr int kHalvings = 6;  // then a vertex moves with its neighbours only, or not at all
   const size_t n = from.size();
   const double longest = 0.49 * options.reach_mm;
-  std::vector<Vector3d> carried(n), move(n);
-  std::vector<uint8_t> halvings(n, 0), crossed(n), crosses(pairs.size());
-  ForEachIndex(n, [&](size_t v) {
-    carried[v] = carry * from[v];
-    move[v] = to[v] - carried[v];
-    const double length = move[v].norm();
-    if (length > longest) {
-      move[v] *= longest / length;
-      to[v] = carried[v] + move[v];
-      halvings[v] = 1;  // counts as held back
-    }
-  });
-  const auto stay_apart = [&](const ContactPair& p) {
-    const auto at = [&](double share) {
-      PairPlaces out;
-      for (int i = 0; i < 4; ++i) out[i] = carried[p.v[i]] + share * move[p.v[i]];
-      return out;
-    };
-    const double least = LeastDistance(p.distance_mm, options);
-    const PairPlaces end = {to[p.v[0]], to[p.v[1]], to[p.v[2]], to[p.v[3]]};
-    return Separation(p.is_edges, end, carry.linear() * p.normal) >= least ||
-           (options.planes_turn && StayApart(p.is_edges, at, least));
-  };
+  LimitedMotion motion = Limited(from, carry, longest, to);
+  const std::vector<Vector3d>& carried = motion.carried;
+  std::vector<Vector3d>& move = motion.move;
+  std::vector<uint8_t> halvings = motion.is_limited;  // what was limited counts as held back
+  std::vector<uint8_t> crossed(n), crosses(pairs.size());
   const auto is_held = [&](int v) { return halvings[v] > kHalvings; };
   const std::vector<Vector3d> wanted = options.planes_turn ? move : std::vector<Vector3d>();
   ImpactZones zones(n);
@@ -349,7 +368,7 @@ KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vec
     std::fill(crossed.begin(), crossed.end(), 0);
     // Flags are only ever set, so the order of the pairs does not matter.
     ForEachIndex(pairs.size(), [&](size_t k) {
-      crosses[k] = !zones.Unites(pairs[k].v) && !stay_apart(pairs[k]);
+      crosses[k] = !zones.Unites(pairs[k].v) && !StaysApart(pairs[k], motion, to, carry, options);
       if (!crosses[k]) return;
       for (const int v : pairs[k].v) __atomic_store_n(&crossed[v], 1, __ATOMIC_RELAXED);
     });
