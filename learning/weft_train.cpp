@@ -54,64 +54,73 @@ int MakePrior(const std::string& tables, const std::string& out, const PriorTrai
   return 0;
 }
 
-int Main(int argc, char** argv) {
+struct TrainerOptions {
   NetTraining training;
   std::string samples, out;
   int threads = 2;
   bool is_prior = false, is_of_pixels = false;
+};
+
+void AddOptions(CLI::App& app, TrainerOptions& options) {
+  app.add_option("samples", options.samples, "File of samples")->required();
+  app.add_option("--out", options.out, "Folder, made where it is missing")->required();
+  app.add_option("--steps", options.training.steps, "How many batches it learns from")
+      ->check(CLI::Range(1, 100'000'000))
+      ->capture_default_str();
+  app.add_option("--minutes", options.training.minutes,
+                 "It ends after these at the latest, earlier runs included; 0 for none")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--batch", options.training.batch, "Samples a step")->capture_default_str();
+  app.add_option("--rate", options.training.rate, "Step size of AdamW at the start")->capture_default_str();
+  app.add_option("--widths", options.training.widths, "Channels of the levels, finest first")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--seed", options.training.seed, "Of weights and order")->capture_default_str();
+  app.add_flag(
+      "--prior", options.is_prior,
+      "Train the prior of a deformation graph's poses instead, on a file of poses; writes prior.bin. It "
+      "takes minutes, and a stopped run begins anew");
+  app.add_flag("--pixels", options.is_of_pixels,
+               "The samples are of pixels and end with tangents: learn by squared distances of vertices and "
+               "normals");
+  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+}
+
+int Main(int argc, char** argv) {
+  TrainerOptions options;
   CLI::App app(
       "Trains the net of an avatar on a file of samples, and writes net.onnx, sample.bin and training.json "
       "into "
       "--out. A stopped run goes on from its checkpoint with the same command. `weft avatar train --net` "
       "makes "
       "the samples and calls this.");
-  app.add_option("samples", samples, "File of samples")->required();
-  app.add_option("--out", out, "Folder, made where it is missing")->required();
-  app.add_option("--steps", training.steps, "How many batches it learns from")
-      ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str();
-  app.add_option("--minutes", training.minutes,
-                 "It ends after these at the latest, earlier runs included; 0 for none")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app.add_option("--batch", training.batch, "Samples a step")->capture_default_str();
-  app.add_option("--rate", training.rate, "Step size of AdamW at the start")->capture_default_str();
-  app.add_option("--widths", training.widths, "Channels of the levels, finest first")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--seed", training.seed, "Of weights and order")->capture_default_str();
-  app.add_flag(
-      "--prior", is_prior,
-      "Train the prior of a deformation graph's poses instead, on a file of poses; writes prior.bin. It "
-      "takes minutes, and a stopped run begins anew");
-  app.add_flag("--pixels", is_of_pixels,
-               "The samples are of pixels and end with tangents: learn by squared distances of vertices and "
-               "normals");
-  app.add_option("--threads", threads, "Threads")->capture_default_str();
+  AddOptions(app, options);
   CLI11_PARSE(app, argc, argv);
-  torch::set_num_threads(threads);
+  NetTraining& training = options.training;
+  torch::set_num_threads(options.threads);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
-  std::filesystem::create_directories(out);
-  if (is_prior) {
+  std::filesystem::create_directories(options.out);
+  if (options.is_prior) {
     PriorTraining of_prior;
     of_prior.seed = training.seed;
     of_prior.steps = training.steps;
-    return MakePrior(samples, out, of_prior);
+    return MakePrior(options.samples, options.out, of_prior);
   }
-  if (is_of_pixels) training.loss = NetLoss::kVerticesAndNormals;
-  const SampleFile file(samples);
-  training.checkpoint = out + "/checkpoint.pt";
+  if (options.is_of_pixels) training.loss = NetLoss::kVerticesAndNormals;
+  const SampleFile file(options.samples);
+  training.checkpoint = options.out + "/checkpoint.pt";
   const TrainedNet net = TrainNet(file, training, PrintProgress, [] { return stopped != 0; });
   if (!net.is_finished) return Stopped();
-  Write(out + "/net.onnx", net.onnx);
-  Write(out + "/sample.bin", net.sample);
+  Write(options.out + "/net.onnx", net.onnx);
+  Write(options.out + "/sample.bin", net.sample);
   // Last: with it the training is over (weft.v1.AvatarNetTraining).
   char text[200];
   std::snprintf(text, sizeof(text), R"({"seed": %llu, "steps": %lld, "steps_taken": %lld, "threads": %d}
 )",
                 static_cast<unsigned long long>(training.seed), static_cast<long long>(training.steps),
-                static_cast<long long>(net.steps), threads);
-  Write(out + "/training.json", text);
+                static_cast<long long>(net.steps), options.threads);
+  Write(options.out + "/training.json", text);
   std::filesystem::remove(training.checkpoint);
   return 0;
 }
