@@ -223,6 +223,23 @@ Run StartOf(const SampleFile& file, const NetTraining& training) {
   return out;
 }
 
+// A cosine from `rate` down over the training, `done` from 0 to 1, after a warm-up.
+void SetRate(double rate, double done, Run& run) {
+  const double share = 0.5 * (1 + std::cos(std::numbers::pi * done));
+  for (auto& group : run.optimizer.param_groups())
+    static_cast<torch::optim::AdamWOptions&>(group.options())
+        .lr(rate * (kLastRate + (1 - kLastRate) * share) *
+            std::min(1.0, static_cast<double>(run.step + 1) / kWarmUpSteps));
+}
+
+std::vector<int> LearntSamples(const SampleFile& file, const Batches& batches) {
+  std::vector<int> out;
+  for (int s = 0; s < file.size(); ++s)
+    if (file.split(s) == Split::kTrain && batches.MeanMm(batches.Answers({s})) < kWorstMm) out.push_back(s);
+  if (out.empty()) throw std::runtime_error("the file has no samples to learn from");
+  return out;
+}
+
 // Of samples that were learnt from, the ones of a step: the same however often the training was stopped.
 std::vector<int> SamplesOfStep(const std::vector<int>& learnt, const NetTraining& training, int64_t step) {
   std::vector<int> out;
@@ -246,11 +263,7 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
   if (training.loss == NetLoss::kVerticesAndNormals && file.features() <= kTangents)
     throw std::runtime_error("the samples have no tangents");
   const Batches batches(file);
-  std::vector<int> learnt;
-  for (int s = 0; s < file.size(); ++s)
-    if (file.split(s) == Split::kTrain && batches.MeanMm(batches.Answers({s})) < kWorstMm)
-      learnt.push_back(s);
-  if (learnt.empty()) throw std::runtime_error("the file has no samples to learn from");
+  const std::vector<int> learnt = LearntSamples(file, batches);
   Run run = StartOf(file, training);
   const auto start = std::chrono::steady_clock::now();
   const auto minutes = [&] {
@@ -278,11 +291,7 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
       if (!training.checkpoint.empty()) run.Save(training.checkpoint, minutes());
       return {};
     }
-    const double share = 0.5 * (1 + std::cos(std::numbers::pi * std::min(1.0, done())));
-    for (auto& group : run.optimizer.param_groups())
-      static_cast<torch::optim::AdamWOptions&>(group.options())
-          .lr(training.rate * (kLastRate + (1 - kLastRate) * share) *
-              std::min(1.0, static_cast<double>(run.step + 1) / kWarmUpSteps));
+    SetRate(training.rate, std::min(1.0, done()), run);
     const std::vector<int> samples = SamplesOfStep(learnt, training, run.step);
     const torch::Tensor features = batches.Features(samples), truth = batches.Answers(samples);
     const torch::Tensor answer = run.net->forward(features.slice(1, 0, run.net->shape().features));
