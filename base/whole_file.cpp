@@ -14,12 +14,12 @@
 #include <ctime>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 
 namespace weft {
 namespace {
@@ -105,12 +105,12 @@ bool FindKey(int folder, FolderKey& key) {
 // What others had begun in a folder when this process first wrote there: each is listed once.
 std::vector<std::string> FoundIn(int folder, const FolderKey& key) {
   constexpr size_t kMostKnown = 256;
-  static std::mutex mutex;
+  static Mutex mutex;
   // Never destroyed: what lives as long as the program writes files when it ends.
-  static auto& known = *new std::map<FolderKey, std::vector<std::string>>();
-  const std::lock_guard lock(mutex);
-  if (known.size() >= kMostKnown) known.clear();
-  const auto [at, is_new] = known.try_emplace(key);
+  static auto* const known ABSL_PT_GUARDED_BY(mutex) = new std::map<FolderKey, std::vector<std::string>>();
+  const MutexLock lock(mutex);
+  if (known->size() >= kMostKnown) known->clear();
+  const auto [at, is_new] = known->try_emplace(key);
   if (is_new) at->second = TemporariesIn(folder);
   return at->second;
 }
