@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/calibration/bundle_adjustment.h"
 #include "capture/calibration/camera_guess.h"
@@ -35,8 +35,10 @@ absl::StatusOr<std::vector<CameraModel>> FirstCameras(const CalibrationTarget& t
   for (const BoardView& view : views.boards) {
     if (static_cast<int>(view.corners.size()) >= min_corners) of_camera[view.camera].push_back(&view);
   }
-  std::mutex mutex;
-  size_t done = 0;
+  struct {
+    Mutex mutex;
+    size_t done ABSL_GUARDED_BY(mutex) = 0;
+  } progress;
   tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t c) {
     const int known = initial ? initial->IndexOf(views.cameras[c].id) : -1;
     if (known >= 0) {
@@ -46,8 +48,9 @@ absl::StatusOr<std::vector<CameraModel>> FirstCameras(const CalibrationTarget& t
       if (guess.ok()) cameras[c] = *std::move(guess);
       failures[c] = guess.status();
     }
-    const std::lock_guard lock(mutex);
-    if (on_progress) on_progress("lenses", static_cast<double>(++done) / static_cast<double>(cameras.size()));
+    const MutexLock lock(progress.mutex);
+    if (on_progress)
+      on_progress("lenses", static_cast<double>(++progress.done) / static_cast<double>(cameras.size()));
   });
   for (const absl::Status& failure : failures) {
     if (!failure.ok()) return failure;

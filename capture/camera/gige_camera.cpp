@@ -103,7 +103,7 @@ absl::Status GigeCamera::Configure() {
   presence_ = std::make_unique<GigePresence>(text.get());
   std::string clock_problem = device_->ClockProblem();
   if (!clock_problem.empty()) settings["Clock"] = "cannot be read: " + clock_problem;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   settings_ = std::move(settings);
   clock_problem_ = std::move(clock_problem);
   return absl::OkStatus();
@@ -120,7 +120,7 @@ absl::Status GigeCamera::WaitForPtp() {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   settings_["PtpStatus"] = device_->PtpStatus();
   return absl::OkStatus();
 }
@@ -188,7 +188,7 @@ absl::Status GigeCamera::Open() {
 void GigeCamera::UsePacketSocket(bool use, const std::string& setting) {
   arv_camera_gv_set_stream_options(
       camera_.get(), use ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   settings_["PacketSocket"] = setting;
 }
 
@@ -220,9 +220,10 @@ absl::Status GigeCamera::Start() {
 }
 
 absl::Status GigeCamera::Trigger() {
-  const std::unique_lock lock(device_mutex_, std::chrono::milliseconds(20));
-  if (!lock || is_lost_ || is_silent_ || !is_started_)
-    return absl::UnavailableError(absl::StrCat("camera ", options_.id, ": not connected"));
+  const absl::Status away = absl::UnavailableError(absl::StrCat("camera ", options_.id, ": not connected"));
+  if (!device_mutex_.try_lock_for(std::chrono::milliseconds(20))) return away;
+  const MutexLock lock(device_mutex_, std::adopt_lock);
+  if (is_lost_ || is_silent_ || !is_started_) return away;
   return device_->Execute("TriggerSoftware");
 }
 

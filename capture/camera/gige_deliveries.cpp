@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/mutex.h"
 #include "capture/camera/gige_source.h"
 #include "capture/camera/glib_error.h"
 
@@ -21,7 +22,7 @@ constexpr std::chrono::milliseconds kLastAnswerWait{500};  // before a camera is
 
 void GigeCamera::ReadStatistics() {
   const GigeStreamCounters before = std::exchange(counted_, stream_->counters());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   counters_.packets_resent += counted_.packets_resent - before.packets_resent;
   counters_.packets_missing += counted_.packets_missing - before.packets_missing;
 }
@@ -66,7 +67,7 @@ CameraDelivery GigeCamera::Deliver(ArvBuffer* buffer) {
         note_ = "its frames carry no time; their arrival times are used instead";
     }
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++(delivery.kind == CameraDelivery::Kind::kFrame ? counters_.frames : counters_.frames_lost);
   return delivery;
 }
@@ -79,17 +80,17 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
     next_attempt_ = lost_since_ + std::chrono::milliseconds(options_.reconnect_interval_ms);
     next_search_ = lost_since_ + kSearchInterval;
     {
-      const std::lock_guard lock(device_mutex_);
+      const MutexLock lock(device_mutex_);
       Abandon();
     }
     delivery.kind = CameraDelivery::Kind::kDisconnected;
     delivery.cause = "the camera no longer answers (unplugged, without power, or taken by another program)";
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++counters_.disconnections;
     return delivery;
   }
   // Looking for cameras takes a second, and one at a time can do it: it must be worth it.
-  static std::mutex searching;
+  static Mutex searching;
   const Clock::time_point now = Clock::now();
   presence_->Look(now);
   const bool is_due = now >= next_attempt_ && (presence_->MayBeThere() || now >= next_search_);
@@ -97,11 +98,11 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
     std::this_thread::sleep_for(timeout);
     return absl::DeadlineExceededError("the camera is disconnected");
   }
-  const std::lock_guard searches(searching, std::adopt_lock);
+  const MutexLock searches(searching, std::adopt_lock);
   next_attempt_ = now + std::chrono::milliseconds(options_.reconnect_interval_ms);
   next_search_ = now + kSearchInterval;
   arv_update_device_list();
-  const std::lock_guard lock(device_mutex_);
+  const MutexLock lock(device_mutex_);
   absl::Status status = Open();
   if (status.ok()) status = Start();
   if (!status.ok()) return absl::DeadlineExceededError(status.message());
@@ -114,14 +115,14 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
 
 // Only from a camera that has just answered: a request to one that is gone takes seconds to fail.
 std::optional<CameraDelivery> GigeCamera::ReadClockWhereDue(Clock::time_point now) {
-  if (options_.clock_interval_ms <= 0 || now < next_reading_ || !clock_problem_.empty()) return std::nullopt;
+  if (options_.clock_interval_ms <= 0 || now < next_reading_ || !ClockProblem().empty()) return std::nullopt;
   if (!std::exchange(is_asked_before_reading_, true)) presence_->Ask(now);
   presence_->Look(now);
   if (!presence_->MayBeThere()) return std::nullopt;
   is_asked_before_reading_ = false;
   last_reading_ = now;
   next_reading_ = now + std::chrono::milliseconds(options_.clock_interval_ms);
-  const std::lock_guard lock(device_mutex_);
+  const MutexLock lock(device_mutex_);
   absl::StatusOr<ClockReading> reading = device_->ReadClock();
   if (!reading.ok() || reading->uncertainty_ns > kVagueReading_ns)
     next_reading_ = std::min(next_reading_, Clock::now() + kVagueReadingInterval);

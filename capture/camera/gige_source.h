@@ -5,11 +5,11 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "capture/camera/gige_camera.h"
 #include "capture/camera/gige_presence.h"
 #include "capture/camera/gige_stream.h"
@@ -32,7 +32,7 @@ class GigeCamera : public CameraSource {
   absl::Status Open();
   const std::string& camera_id() const override { return options_.id; }
   std::map<std::string, std::string> settings() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return settings_;
   }
   absl::Status Prepare() override { return OpenStream(); }
@@ -42,12 +42,12 @@ class GigeCamera : public CameraSource {
   bool TakesTriggers() const override { return options_.trigger.kind != TriggerKind::kFreeRun; }
   void AskForClock() override;
   std::string ClockProblem() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return clock_problem_;
   }
   absl::Status Trigger() override;
   CameraCounters counters() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return counters_;
   }
 
@@ -86,8 +86,10 @@ class GigeCamera : public CameraSource {
   std::unique_ptr<GigePresence> presence_;
   std::atomic<bool> is_silent_ = false;
   bool has_told_of_times_ = false;
-  std::string note_;               // to be delivered
-  std::timed_mutex device_mutex_;  // of camera_ and device_: Trigger comes from another thread
+  std::string note_;  // to be delivered
+  // Trigger, which comes from another thread, holds it while it uses device_; the thread that films, while it
+  // replaces camera_ and device_, which it uses without it.
+  TimedMutex device_mutex_;
   std::atomic<bool> is_lost_ = false;
   bool is_reported_lost_ = false;
   bool is_started_ = false;
@@ -95,10 +97,10 @@ class GigeCamera : public CameraSource {
   Clock::time_point lost_since_;
   BlockIdUnwrapper unwrapper_;
   GigeStreamCounters counted_;  // of the stream, when last read
-  mutable std::mutex mutex_;
-  std::map<std::string, std::string> settings_;
-  std::string clock_problem_;
-  CameraCounters counters_;
+  mutable Mutex mutex_;
+  std::map<std::string, std::string> settings_ ABSL_GUARDED_BY(mutex_);
+  std::string clock_problem_ ABSL_GUARDED_BY(mutex_);
+  CameraCounters counters_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -15,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/camera/v4l2_ioctl.h"
 
@@ -42,7 +42,7 @@ class V4l2Camera : public CameraSource {
   absl::Status Open(const std::string& device);
   const std::string& camera_id() const override { return options_.id; }
   std::map<std::string, std::string> settings() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return settings_;
   }
   absl::Status Start() override;
@@ -50,7 +50,7 @@ class V4l2Camera : public CameraSource {
   void Stop() override { stream_.reset(); }
   bool TakesTriggers() const override { return false; }
   CameraCounters counters() const override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return counters_;
   }
 
@@ -80,9 +80,9 @@ class V4l2Camera : public CameraSource {
   SequenceUnwrapper unwrapper_;
   std::optional<uint64_t> last_id_;
   int64_t last_time_ns_ = 0;
-  mutable std::mutex mutex_;
-  std::map<std::string, std::string> settings_;
-  CameraCounters counters_;
+  mutable Mutex mutex_;
+  std::map<std::string, std::string> settings_ ABSL_GUARDED_BY(mutex_);
+  CameraCounters counters_ ABSL_GUARDED_BY(mutex_);
 };
 
 absl::Status V4l2Camera::Open(const std::string& device) {
@@ -128,7 +128,7 @@ void V4l2Camera::Describe() {
     settings["Timestamps"] = !stream_->has_times()           ? "of arrival"
                              : stream_->has_exposure_times() ? "of the start of the exposure"
                                                              : "of the end of the frame";
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   settings_ = std::move(settings);
 }
 
@@ -156,7 +156,7 @@ CameraDelivery V4l2Camera::Lose(const std::string& cause) {
   CameraDelivery delivery;
   delivery.kind = CameraDelivery::Kind::kDisconnected;
   delivery.cause = cause;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++counters_.disconnections;
   return delivery;
 }
@@ -253,7 +253,7 @@ CameraDelivery V4l2Camera::Deliver(V4l2Filled filled) {
 CameraDelivery V4l2Camera::TakePending() {
   CameraDelivery delivery = std::move(pending_.front());
   pending_.pop_front();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   counters_.frames += delivery.kind == CameraDelivery::Kind::kFrame ? 1 : 0;
   counters_.frames_lost += delivery.kind == CameraDelivery::Kind::kLostFrame ? 1 : 0;
   return delivery;

@@ -1,10 +1,11 @@
 #include "capture/image/aligned_buffer.h"
 
 #include <cstring>
-#include <mutex>
 #include <new>
 #include <utility>
 #include <vector>
+
+#include "base/mutex.h"
 
 namespace weft {
 
@@ -22,9 +23,9 @@ void AlignedBuffer::Shrink(size_t size) {
 }
 
 struct BufferPool::Spare {
-  std::mutex mutex;
+  Mutex mutex;
   size_t limit = 0;
-  std::vector<std::unique_ptr<AlignedBuffer>> buffers;
+  std::vector<std::unique_ptr<AlignedBuffer>> buffers ABSL_GUARDED_BY(mutex);
 };
 
 BufferPool::BufferPool(size_t buffer_bytes, size_t max_spare)
@@ -35,7 +36,7 @@ BufferPool::BufferPool(size_t buffer_bytes, size_t max_spare)
 std::shared_ptr<AlignedBuffer> BufferPool::Take() {
   std::unique_ptr<AlignedBuffer> buffer;
   {
-    const std::lock_guard lock(spare_->mutex);
+    const MutexLock lock(spare_->mutex);
     if (!spare_->buffers.empty()) {
       buffer = std::move(spare_->buffers.back());
       spare_->buffers.pop_back();
@@ -44,7 +45,7 @@ std::shared_ptr<AlignedBuffer> BufferPool::Take() {
   if (!buffer) buffer = std::make_unique<AlignedBuffer>(buffer_bytes_);
   return {buffer.release(), [spare = spare_, bytes = buffer_bytes_](AlignedBuffer* used) {
             std::unique_ptr<AlignedBuffer> back(used);
-            const std::lock_guard lock(spare->mutex);
+            const MutexLock lock(spare->mutex);
             if (back->size() == bytes && spare->buffers.size() < spare->limit) {
               spare->buffers.push_back(std::move(back));
             }

@@ -110,10 +110,13 @@ ReplayClock::Clock::time_point ReplayClock::DueAt(int64_t time_ns) const {
 }
 
 bool ReplayClock::WaitFor(int64_t time_ns, size_t index, std::chrono::nanoseconds timeout) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   if (!start_) start_ = Clock::now();
   if (mode_ == ReplayMode::kFastest) return true;
-  if (mode_ == ReplayMode::kStepwise) return stepped_.wait_for(lock, timeout, [&] { return index < steps_; });
+  if (mode_ == ReplayMode::kStepwise) {
+    return stepped_.wait_for(lock, timeout,
+                             [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return index < steps_; });
+  }
   const Clock::time_point due = DueAt(time_ns), end = Clock::now() + timeout;
   lock.unlock();
   std::this_thread::sleep_until(std::min(due, end));
@@ -121,13 +124,13 @@ bool ReplayClock::WaitFor(int64_t time_ns, size_t index, std::chrono::nanosecond
 }
 
 void ReplayClock::Step() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ++steps_;
   stepped_.notify_all();
 }
 
 std::chrono::nanoseconds ReplayClock::Lateness(int64_t time_ns) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (mode_ != ReplayMode::kPaced || !start_) return std::chrono::nanoseconds(0);
   return std::max(Clock::now() - DueAt(time_ns), Clock::duration(0));
 }

@@ -5,11 +5,11 @@
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "capture/camera/camera_source.h"
 #include "capture/take/take_view.h"
 
@@ -47,15 +47,15 @@ class ReplayClock {
 
  private:
   using Clock = std::chrono::steady_clock;
-  Clock::time_point DueAt(int64_t time_ns) const;
+  Clock::time_point DueAt(int64_t time_ns) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const ReplayMode mode_;
   const double speed_;
   const int64_t begin_ns_;
-  mutable std::mutex mutex_;
-  std::condition_variable stepped_;
-  std::optional<Clock::time_point> start_;
-  uint64_t steps_ = 0;
+  mutable Mutex mutex_;
+  std::condition_variable_any stepped_;
+  std::optional<Clock::time_point> start_ ABSL_GUARDED_BY(mutex_);
+  uint64_t steps_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // A take as what it was recorded from. Frames have the bytes, times, and counts that they were recorded with.

@@ -95,7 +95,7 @@ absl::Status StreamWriter::Write(ChunkHeader& header, const uint8_t* payload) {
   WEFT_RETURN_IF_ERROR(stream_.WriteAt(pieces, header.payload_bytes > 0 ? 2 : 1, offset));
   ++sequence_;
   end_bytes_ = end;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   pending_.push_back(RecordOf(header, offset));
   return absl::OkStatus();
 }
@@ -130,7 +130,7 @@ absl::Status StreamWriter::AppendMissing(uint64_t set, int64_t device_time_ns, c
 absl::Status StreamWriter::Commit(uint64_t last_set) {
   std::vector<IndexRecord> records;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (size_t i = 0; i < pending_.size() && pending_[i].set <= last_set; ++i)
       records.push_back(pending_[i]);
   }
@@ -144,7 +144,7 @@ absl::Status StreamWriter::Commit(uint64_t last_set) {
   committed_end_bytes_ =
       records.back().offset_bytes + kBlockBytes + PaddedBytes(records.back().payload_bytes);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(records.size()));
   }
   committed_.insert(committed_.end(), records.begin(), records.end());

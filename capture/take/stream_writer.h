@@ -3,13 +3,13 @@
 
 #include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "capture/file/posix_file.h"
 #include "capture/take/take_format.h"
 
@@ -80,8 +80,8 @@ class StreamWriter {
   std::atomic<uint64_t> reserved_bytes_ = 0;
   uint64_t sequence_ = 0;
   absl::Status flush_failure_;
-  std::mutex mutex_;
-  std::vector<IndexRecord> pending_;  // written, not yet in the index
+  Mutex mutex_;
+  std::vector<IndexRecord> pending_ ABSL_GUARDED_BY(mutex_);  // written, not yet in the index
   uint64_t index_bytes_ = 0;
   std::vector<IndexRecord> committed_;  // and not yet kept
   uint64_t committed_end_bytes_;
