@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <queue>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 
 namespace weft {
@@ -174,8 +174,10 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
   const size_t samples = (all + step - 1) / step;
 
   std::vector<std::vector<SampleSight>> sights(candidates.cameras.size());
-  std::mutex mutex;
-  size_t done = 0;
+  struct {
+    Mutex mutex;
+    size_t done ABSL_GUARDED_BY(mutex) = 0;
+  } progress;
   tbb::parallel_for(size_t{0}, sights.size(), [&](size_t c) {
     const CameraModel& camera = candidates.cameras[c];
     for (size_t s = 0; s < samples; ++s) {
@@ -186,8 +188,8 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
           {static_cast<int>(s),
            InformationAt(camera, mesh.vertices_mm()[vertex], options.noise_px).cast<float>()});
     }
-    const std::lock_guard lock(mutex);
-    if (on_camera) on_camera(++done, sights.size());
+    const MutexLock lock(progress.mutex);
+    if (on_camera) on_camera(++progress.done, sights.size());
   });
   if (std::all_of(sights.begin(), sights.end(), [](const auto& seen) { return seen.empty(); })) {
     return absl::FailedPreconditionError(

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "animation/sparse_view/net_correction.h"
 #include "animation/sparse_view/sigma_calibration.h"
 #include "base/counter_random.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 
 namespace weft {
@@ -239,11 +239,11 @@ class Learner {
     const std::vector<std::vector<FrameOfTake>> runs = RunsOf(from, frames);
     std::vector<SigmaCalibration> of_run(runs.size(), calibration->Empty());
     std::vector<absl::Status> status(runs.size());
-    std::mutex reading;
+    Mutex reading;
     const auto measure = [&](size_t r) {
       std::vector<std::vector<Eigen::Vector3d>> meshes;
       for (const FrameOfTake& at : runs[r]) {
-        const std::lock_guard lock(reading);
+        const MutexLock lock(reading);
         auto mesh = checked_.Read(at);
         status[r].Update(mesh.status());
         if (!mesh.ok()) return;

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <mutex>
 #include <new>
 #include <vector>
+
+#include "base/mutex.h"
 
 namespace weft {
 namespace {
@@ -28,14 +29,14 @@ class Pool {
   ~Pool() { DropFree(); }
 
   void DropFree() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (const Block& block : free_) std::free(block.memory);
     free_.clear();
     free_bytes_ = 0;
   }
 
   void* Take(size_t bytes) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     // The smallest that is large enough; of equal ones the last that came back, which the cache may hold.
     auto best = free_.end();
     for (auto at = free_.begin(); at != free_.end(); ++at) {
@@ -57,7 +58,7 @@ class Pool {
   }
 
   void Return(void* memory) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto at =
         std::find_if(used_.begin(), used_.end(), [&](const Block& b) { return b.memory == memory; });
     used_bytes_ -= at->bytes;
@@ -77,7 +78,7 @@ class Pool {
   }
 
   // Frees the blocks that have waited longest while there are too many.
-  void DropOldest() {
+  void DropOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     size_t dropped = 0;
     for (; used_bytes_ + free_bytes_ > most_used_bytes_; ++dropped) {
       free_bytes_ -= free_[dropped].bytes;
@@ -86,9 +87,11 @@ class Pool {
     free_.erase(free_.begin(), free_.begin() + static_cast<std::ptrdiff_t>(dropped));
   }
 
-  std::mutex mutex_;
-  std::vector<Block> used_, free_;
-  size_t free_bytes_ = 0, used_bytes_ = 0, most_used_bytes_ = 0;
+  Mutex mutex_;
+  std::vector<Block> used_ ABSL_GUARDED_BY(mutex_), free_ ABSL_GUARDED_BY(mutex_);
+  size_t free_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  size_t used_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  size_t most_used_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 Pool& ThePool() {

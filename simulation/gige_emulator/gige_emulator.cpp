@@ -123,7 +123,7 @@ void GigeEmulator::SetResend(bool resend) {
 }
 
 void GigeEmulator::SetClock(const std::string& field, double value) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const std::map<std::string, double*> fields = {{"offset_ns", &clock_.offset_ns},
                                                  {"drift_ppm", &clock_.drift_ppm},
                                                  {"jump_ns", &clock_.jump_ns},
@@ -138,7 +138,7 @@ void GigeEmulator::SetClock(const std::string& field, double value) {
 }
 
 void GigeEmulator::AddTrigger(int64_t host_time_ns, uint32_t source) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   triggers_.push_back({host_time_ns, source});
 }
 
@@ -160,7 +160,7 @@ void GigeEmulator::SetRegister(uint32_t address, uint32_t value) {
 float GigeEmulator::FloatRegister(uint32_t address) const { return std::bit_cast<float>(Register(address)); }
 
 int64_t GigeEmulator::DeviceTime_ns(int64_t host_time_ns) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const double own =
       clock_.offset_ns + 1e-6 * clock_.drift_ppm * static_cast<double>(host_time_ns - clock_.host_start_ns);
   return host_time_ns + std::llround((Register(kPtpEnable) ? clock_.ptp_error_ns : own) + clock_.jump_ns);
@@ -220,7 +220,7 @@ void GigeEmulator::RefreshRegisters() {
 }
 
 void GigeEmulator::Latch(int64_t device_ns) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const bool is_stuck = clock_.latch_is_stuck != 0 && Register(kTimestampLow) != 0;
   if (is_stuck) return;
   const int64_t said_ns = clock_.latch_is_zero != 0 ? 0 : device_ns + std::llround(clock_.latch_error_ns);
@@ -240,7 +240,7 @@ void GigeEmulator::Written(uint32_t address, uint32_t value) {
   } else if (address == kAcquisition) {
     frames_ = 0;
     last_exposure_ns_ = 0;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     triggers_.clear();
   } else if (address == kTriggerSoftware && Register(kTriggerMode) == 1 &&
              Register(kTriggerSource) == kFromSoftware) {

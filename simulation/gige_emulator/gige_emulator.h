@@ -9,12 +9,13 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "base/mutex.h"
 
 struct _ArvFakeCamera;
 
@@ -106,9 +107,9 @@ class GigeEmulator {
   int64_t ptp_since_ns_ = 0;
   uint64_t frames_ = 0;
   std::deque<Frame> sent_;  // what can be resent
-  std::deque<Trigger> triggers_;
-  mutable std::mutex mutex_;  // of triggers_ and clock_
-  GigeEmulatorClock clock_;
+  mutable Mutex mutex_;
+  std::deque<Trigger> triggers_ ABSL_GUARDED_BY(mutex_);
+  GigeEmulatorClock clock_ ABSL_GUARDED_BY(mutex_);
   std::atomic<bool> is_over_ = false;
   std::thread thread_;
 };

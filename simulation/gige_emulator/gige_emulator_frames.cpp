@@ -18,7 +18,7 @@ constexpr size_t kFramesToResend = 32;
 
 std::optional<int64_t> GigeEmulator::NextExposure(int64_t now_ns) {
   if (Register(kAcquisition) == 0) return std::nullopt;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (Register(kTriggerMode) == 1) {
     std::optional<int64_t> next_ns;
     for (const Trigger& trigger : triggers_)
@@ -36,7 +36,7 @@ std::optional<int64_t> GigeEmulator::NextExposure(int64_t now_ns) {
 void GigeEmulator::Expose(int64_t host_time_ns) {
   last_exposure_ns_ = host_time_ns;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     std::erase_if(triggers_, [&](const Trigger& trigger) { return trigger.host_time_ns <= host_time_ns; });
   }
   Frame frame;
