@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdio>
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -21,6 +20,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/mutex.h"
 #include "base/process_identity.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
@@ -130,13 +130,13 @@ class Refresher {
 
   template <typename Held>
   void Add(const std::shared_ptr<Held>& held, std::function<void()> refresh) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     held_.push_back({held, held->text, std::move(refresh)});
     if (!std::exchange(runs_, true)) Start();
   }
 
   bool Holds(const std::string& text) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return std::any_of(held_.begin(), held_.end(),
                        [&](const One& one) { return one.text == text && !one.held.expired(); });
   }
@@ -162,7 +162,7 @@ class Refresher {
       std::this_thread::sleep_for(HolderRecord::kRefresh);
       std::vector<One> now;
       {
-        const std::lock_guard lock(mutex_);
+        const MutexLock lock(mutex_);
         std::erase_if(held_, [](const One& one) { return one.held.expired(); });
         now = held_;
       }
@@ -170,9 +170,9 @@ class Refresher {
     }
   }
 
-  std::mutex mutex_;
-  std::vector<One> held_;
-  bool runs_ = false;
+  Mutex mutex_;
+  std::vector<One> held_ ABSL_GUARDED_BY(mutex_);
+  bool runs_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 // False: it is another process's by now.
