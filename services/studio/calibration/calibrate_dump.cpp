@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <mutex>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/take/frame_range.h"
@@ -30,9 +30,9 @@ absl::StatusOr<BoardDetection> Detect(const CalibrationRequest& request, const C
   std::vector<size_t> frames;
   for (size_t f = range.first; f < range.end; f += static_cast<size_t>(std::max(1, request.every)))
     frames.push_back(f);
-  std::mutex mutex;
+  Mutex mutex;
   return DetectBoards(*source, cameras, target, request.detection, frames, [&](size_t done, size_t all) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (on_progress) on_progress("detect", static_cast<double>(done) / static_cast<double>(all));
   });
 }

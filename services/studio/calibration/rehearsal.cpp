@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <filesystem>
-#include <mutex>
 
 #include "absl/strings/str_format.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -30,7 +30,10 @@ absl::Status WriteRehearsal(const std::string& out, const CalibrationTarget& tar
   if (!status.ok()) return status;
 
   const size_t cameras = rig.cameras.size(), all = cameras * static_cast<size_t>(options.motion.frames);
-  std::mutex mutex;
+  struct {
+    Mutex mutex;
+    absl::Status status ABSL_GUARDED_BY(mutex);
+  } images;
   std::atomic<size_t> done = 0;
   tbb::parallel_for(size_t{0}, all, [&](size_t i) {
     const CameraModel& camera = rig.cameras[i % cameras];
@@ -40,10 +43,11 @@ absl::Status WriteRehearsal(const std::string& out, const CalibrationTarget& tar
         image.ok() ? WriteImageFile((folder_of(i / cameras) / (camera.id + ".png")).string(), *image)
                    : image.status();
     if (on_image) on_image(++done, all);
-    const std::lock_guard lock(mutex);
-    status.Update(written);
+    const MutexLock lock(images.mutex);
+    images.status.Update(written);
   });
-  return status;
+  const MutexLock lock(images.mutex);
+  return images.status;
 }
 
 }  // namespace weft

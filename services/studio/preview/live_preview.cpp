@@ -7,12 +7,12 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/natural_order.h"
 #include "base/status_macros.h"
 #include "capture/image/thumbnail.h"
@@ -105,29 +105,32 @@ class LivePreview::Impl {
   }
 
   void Offer(const RawFrameSet& set) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     passed_over_ += newest_.has_value();
     newest_ = set;  // the bytes are shared
     changed_.notify_all();
   }
 
   void Describe(std::string state) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     state_ = std::move(state);
   }
 
   enum class Ending { kNone, kNow, kAfterLastSet };
   absl::Status End(Ending ending) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       ending_ = ending;
     }
     changed_.notify_all();
     if (thread_.joinable()) {
       thread_.join();
       last_.is_over = true;
-      status_.Update(Write(last_));
+      const absl::Status written = Write(last_);
+      const MutexLock lock(mutex_);
+      status_.Update(written);
     }
+    const MutexLock lock(mutex_);
     return status_;
   }
 
@@ -135,8 +138,9 @@ class LivePreview::Impl {
   void Run() {
     YieldToOthers(kLowestPriority);
     while (true) {
-      std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return newest_ || ending_ != Ending::kNone; });
+      MutexLock lock(mutex_);
+      changed_.wait(
+          lock, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return newest_ || ending_ != Ending::kNone; });
       if (!newest_ || ending_ == Ending::kNow) return;
       const RawFrameSet set = *std::exchange(newest_, std::nullopt);
       const uint64_t passed_over = std::exchange(passed_over_, 0);
@@ -159,7 +163,7 @@ class LivePreview::Impl {
     page.refresh_s = options_.interval_s;
     page.made_unix_ms = HostTime_ns() / 1'000'000;
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       page.state = state_;
     }
     return WriteFileAtomically((std::filesystem::path(options_.folder) / "index.html").string(),
@@ -253,12 +257,12 @@ class LivePreview::Impl {
   std::thread thread_;
   std::atomic<Ending> ending_ = Ending::kNone;
 
-  mutable std::mutex mutex_;  // of what follows
-  std::condition_variable changed_;
-  std::optional<RawFrameSet> newest_;
-  uint64_t passed_over_ = 0;
-  std::string state_;
-  absl::Status status_;
+  mutable Mutex mutex_;
+  std::condition_variable_any changed_;
+  std::optional<RawFrameSet> newest_ ABSL_GUARDED_BY(mutex_);
+  uint64_t passed_over_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::string state_ ABSL_GUARDED_BY(mutex_);
+  absl::Status status_ ABSL_GUARDED_BY(mutex_);
 };
 
 LivePreview::LivePreview(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -129,7 +129,7 @@ std::string ClockLogFile(const std::string& take) {
 }
 
 absl::Status ClockLog::Open(const std::string& take) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   WEFT_ASSIGN_OR_RETURN(PosixFile file, PosixFile::Open(ClockLogFile(take), O_RDWR | O_CREAT | O_TRUNC));
   file_.emplace(std::move(file));
   pending_ = std::string(kHeading) + "\n";
@@ -151,7 +151,7 @@ void ClockLog::Append(const std::string& line) {
 }
 
 absl::Status ClockLog::Close() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!file_) return absl::OkStatus();
   Append(EndLine(readings_));
   absl::Status status = WritePending();
@@ -163,8 +163,13 @@ absl::Status ClockLog::Close() {
   return status;
 }
 
+std::string ClockLog::end_checksum() const {
+  const MutexLock lock(mutex_);
+  return end_checksum_;
+}
+
 std::string ClockLog::Add(size_t camera, const ClockReading& reading) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (is_distrusted_[camera]) return "";
   const std::string before = last_[camera] ? last_[camera]->ptp_status : reading.ptp_status;
   last_[camera] = reading;
@@ -177,12 +182,12 @@ std::string ClockLog::Add(size_t camera, const ClockReading& reading) {
 }
 
 std::optional<ClockReading> ClockLog::Last(size_t camera) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return last_[camera];
 }
 
 void ClockLog::Distrust(size_t camera) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   is_distrusted_[camera] = true;
   last_[camera].reset();
 }

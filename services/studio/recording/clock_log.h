@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "capture/camera/clock_track.h"
 #include "capture/file/posix_file.h"
 
@@ -37,7 +37,7 @@ class ClockLog {
   // full disk for example, is written first. OK where no file is open.
   absl::Status Close();
   // At the end of the file, 16 hex digits; empty before Close.
-  const std::string& end_checksum() const { return end_checksum_; }
+  std::string end_checksum() const;
 
   // What the ledger should know: the camera's PTP changed its state. Empty otherwise.
   std::string Add(size_t camera, const ClockReading& reading);
@@ -47,19 +47,19 @@ class ClockLog {
   void Distrust(size_t camera);
 
  private:
-  void Append(const std::string& line);
-  absl::Status WritePending();
+  void Append(const std::string& line) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status WritePending() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::vector<std::string> camera_ids_;
-  mutable std::mutex mutex_;
-  std::optional<PosixFile> file_;
-  std::string pending_;  // lines that are not in the file yet
-  uint64_t written_bytes_ = 0;
-  uint64_t checksum_ = 0;  // of the last line
-  uint64_t readings_ = 0;
-  std::string end_checksum_;
-  std::vector<std::optional<ClockReading>> last_;
-  std::vector<bool> is_distrusted_;
+  mutable Mutex mutex_;
+  std::optional<PosixFile> file_ ABSL_GUARDED_BY(mutex_);
+  std::string pending_ ABSL_GUARDED_BY(mutex_);  // lines that are not in the file yet
+  uint64_t written_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t checksum_ ABSL_GUARDED_BY(mutex_) = 0;  // of the last line
+  uint64_t readings_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::string end_checksum_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::optional<ClockReading>> last_ ABSL_GUARDED_BY(mutex_);
+  std::vector<bool> is_distrusted_ ABSL_GUARDED_BY(mutex_);
 };
 
 struct ParsedClockLog {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/studio/recording/take_file.h"
@@ -38,7 +38,7 @@ class SetsToRecorder {
 
   // True where the camera's clock had better be read now.
   bool Add(size_t camera, CameraDelivery delivery) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (delivery.kind == CameraDelivery::Kind::kClock) {
       const std::string change = clocks_.Add(camera, delivery.clock);
       if (!change.empty()) recorder_.Note(ids_[camera], change);
@@ -50,20 +50,20 @@ class SetsToRecorder {
     return assembler_.WantsReading(camera);
   }
   void Advance() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     Hand(assembler_.Advance(HostTime_ns()));
   }
   bool IsWaiting(int64_t before_host_ns) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return assembler_.IsWaiting(before_host_ns);
   }
   void Finish(int64_t end_host_ns) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     Hand(assembler_.Finish(HostTime_ns(), end_host_ns));
   }
   // Without the receivers' counters.
   std::vector<LiveCameraState> Cameras() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return cameras_;
   }
 
@@ -75,7 +75,7 @@ class SetsToRecorder {
     if (kind == Kind::kDisconnected || kind == Kind::kSilent) camera.is_away = true;
     if (kind == Kind::kFrame || kind == Kind::kReconnected || kind == Kind::kAnswers) camera.is_away = false;
   }
-  void Hand(AssembledSets out) {
+  void Hand(AssembledSets out) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     for (const auto& [camera, frames] : out.lost) cameras_[camera].frames_lost += frames;
     for (const LedgerEntry& entry : out.entries) {
       if (entry.event == LedgerEvent::kDropped) {
@@ -93,11 +93,11 @@ class SetsToRecorder {
 
   const std::vector<std::string> ids_;
   const LiveRecordingOptions& options_;
-  std::mutex mutex_;
-  FrameSetAssembler assembler_;
+  Mutex mutex_;
+  FrameSetAssembler assembler_ ABSL_GUARDED_BY(mutex_);
   Recorder& recorder_;
   ClockLog& clocks_;
-  std::vector<LiveCameraState> cameras_;
+  std::vector<LiveCameraState> cameras_ ABSL_GUARDED_BY(mutex_);
 };
 
 void Pump(CameraSource& camera, size_t index, const std::atomic<bool>& stopping, std::atomic<size_t>& running,

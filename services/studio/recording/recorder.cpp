@@ -5,7 +5,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/studio/recording/set_fault.h"
@@ -44,47 +44,49 @@ struct Recorder::Shared {
       : take(std::move(files)),
         options(std::move(with)),
         acknowledged(std::move(tell)),
-        queues(options.writers) {}
+        queues(options.writers),
+        writers_running(queues.size()) {}
 
   const std::unique_ptr<TakeWriter> take;
   const RecorderOptions options;
   const Acknowledged acknowledged;
 
-  mutable std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<std::deque<std::shared_ptr<Job>>> queues;  // of each writer
-  std::vector<LedgerEntry> written;                      // sets that wait for the next flush, and their lines
-  std::vector<LedgerEntry> events;                       // drops and notes that wait for it
-  std::optional<uint64_t> last_offered;
-  std::optional<uint64_t> last_written;
-  std::optional<uint64_t> last_acknowledged;
-  RecorderCounters counters;
-  absl::Status failure;  // of the first write that failed
-  bool stopping = false;
-  uint64_t progress = 0;
-  size_t writers_running = 0;
-  bool flusher_running = false;
-  std::vector<std::thread> threads;
-  bool stopped = false;
-  absl::Status close_status;
+  mutable Mutex mutex;
+  std::condition_variable_any changed;
+  std::vector<std::deque<std::shared_ptr<Job>>> queues ABSL_GUARDED_BY(mutex);  // of each writer
+  // Sets that wait for the next flush, and their lines.
+  std::vector<LedgerEntry> written ABSL_GUARDED_BY(mutex);
+  std::vector<LedgerEntry> events ABSL_GUARDED_BY(mutex);  // drops and notes that wait for it
+  std::optional<uint64_t> last_offered;                    // of the thread that offers
+  std::optional<uint64_t> last_written ABSL_GUARDED_BY(mutex);
+  std::optional<uint64_t> last_acknowledged ABSL_GUARDED_BY(mutex);
+  RecorderCounters counters ABSL_GUARDED_BY(mutex);
+  absl::Status failure ABSL_GUARDED_BY(mutex);  // of the first write that failed
+  bool stopping ABSL_GUARDED_BY(mutex) = false;
+  uint64_t progress ABSL_GUARDED_BY(mutex) = 0;
+  size_t writers_running ABSL_GUARDED_BY(mutex);
+  bool flusher_running ABSL_GUARDED_BY(mutex) = true;
+  std::vector<std::thread> threads;  // of whoever starts and stops it
+  bool stopped ABSL_GUARDED_BY(mutex) = false;
+  absl::Status close_status ABSL_GUARDED_BY(mutex);
 
   void WriterLoop(size_t writer);
   void FlusherLoop();
 
  private:
   void WriteJob(Job& job, size_t writer);
-  void Complete(const Job& job);
+  void Complete(const Job& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex);
   bool Flush();
   void DropWritten();
-  TakeEnd End(const absl::Status& status) const;
+  TakeEnd End(const absl::Status& status) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex);
   void CheckDisk();
   void Close();
 
  public:
-  void StopForRoom();
-  // The mutex is held.
-  void Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns, const std::string& cause);
-  void Fail(const absl::Status& status);
+  void StopForRoom() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex);
+  void Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns, const std::string& cause)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex);
+  void Fail(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex);
 };
 
 void Recorder::Shared::Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns,
@@ -111,11 +113,11 @@ void Recorder::Shared::Fail(const absl::Status& status) {
 }
 
 void Recorder::Shared::WriteJob(Job& job, size_t writer) {
-  for (size_t camera = writer; camera < take->camera_ids().size(); camera += queues.size()) {
+  for (size_t camera = writer; camera < take->camera_ids().size(); camera += options.writers) {
     const Stopwatch watch;
     const absl::Status status = take->Append(camera, job.set);
     const double took_ms = watch.Ms();
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++progress;
     if (!status.ok()) {
       job.is_lost = true;
@@ -130,7 +132,6 @@ void Recorder::Shared::WriteJob(Job& job, size_t writer) {
   }
 }
 
-// The mutex is held.
 void Recorder::Shared::Complete(const Job& job) {
   counters.queued_bytes -= job.bytes;
   ++progress;
@@ -146,9 +147,10 @@ void Recorder::Shared::Complete(const Job& job) {
 }
 
 void Recorder::Shared::WriterLoop(size_t writer) {
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (true) {
-    changed.wait(lock, [&] { return stopping || !queues[writer].empty(); });
+    changed.wait(lock,
+                 [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) { return stopping || !queues[writer].empty(); });
     if (queues[writer].empty()) break;
     const std::shared_ptr<Job> job = std::move(queues[writer].front());
     queues[writer].pop_front();
@@ -170,7 +172,7 @@ bool Recorder::Shared::Flush() {
   std::vector<LedgerEntry> sets, others;
   std::optional<uint64_t> last;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     sets.swap(written);
     others.swap(events);
     last = last_written;
@@ -179,7 +181,7 @@ bool Recorder::Shared::Flush() {
   std::vector<LedgerEntry> entries = sets;
   entries.insert(entries.end(), others.begin(), others.end());
   const absl::Status status = take->Commit(sets.empty() ? std::nullopt : last, entries);
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   ++progress;
   if (!status.ok()) {
     written.insert(written.begin(), sets.begin(), sets.end());
@@ -200,7 +202,7 @@ bool Recorder::Shared::Flush() {
 
 // What was written and never flushed is not in the take.
 void Recorder::Shared::DropWritten() {
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   std::vector<LedgerEntry> lost;
   lost.swap(written);
   for (const LedgerEntry& entry : lost) {
@@ -225,13 +227,12 @@ TakeEnd Recorder::Shared::End(const absl::Status& status) const {
 void Recorder::Shared::CheckDisk() {
   const absl::StatusOr<uint64_t> free_bytes = take->FreeBytes();
   if (!free_bytes.ok()) return;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   const uint64_t kept_bytes = options.low_disk_bytes + counters.queued_bytes;
   counters.room_bytes = *free_bytes > kept_bytes ? *free_bytes - kept_bytes : 0;
   if (*free_bytes < options.low_disk_bytes) StopForRoom();
 }
 
-// The mutex is held.
 void Recorder::Shared::StopForRoom() {
   if (!counters.stop_cause.empty()) return;
   const absl::StatusOr<uint64_t> free_bytes = take->FreeBytes();
@@ -243,9 +244,10 @@ void Recorder::Shared::StopForRoom() {
 
 void Recorder::Shared::FlusherLoop() {
   const auto interval = std::chrono::milliseconds(options.flush_interval_ms);
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (!(stopping && writers_running == 0)) {
-    changed.wait_for(lock, interval, [&] { return stopping && writers_running == 0; });
+    changed.wait_for(lock, interval,
+                     [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) { return stopping && writers_running == 0; });
     const bool has_failed = !failure.ok();
     lock.unlock();
     if (!has_failed) Flush();
@@ -263,7 +265,7 @@ void Recorder::Shared::FlusherLoop() {
 void Recorder::Shared::Close() {
   absl::Status status;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     status = failure;
   }
   if (!status.ok()) take->Trim().IgnoreError();
@@ -272,14 +274,14 @@ void Recorder::Shared::Close() {
   std::optional<uint64_t> last;
   TakeEnd end;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     status = failure;
     entries.swap(events);
     last = last_acknowledged;
     end = End(status);
   }
   status.Update(take->Close(last, entries, end));
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   close_status = status;
   if (!status.ok() && counters.stop_cause.empty()) counters.stop_cause = std::string(status.message());
   ++progress;
@@ -295,9 +297,7 @@ absl::StatusOr<std::unique_ptr<Recorder>> Recorder::Start(const std::string& fol
   files.stream.streams = camera_ids.size();
   WEFT_ASSIGN_OR_RETURN(auto take, TakeWriter::Create(folder, camera_ids, files));
   auto shared = std::make_shared<Shared>(std::move(take), options, std::move(acknowledged));
-  shared->writers_running = shared->queues.size();
-  shared->flusher_running = true;
-  for (size_t i = 0; i < shared->queues.size(); ++i)
+  for (int i = 0; i < options.writers; ++i)
     shared->threads.emplace_back([shared, i] { shared->WriterLoop(i); });
   shared->threads.emplace_back([shared] { shared->FlusherLoop(); });
   return std::unique_ptr<Recorder>(new Recorder(std::move(shared)));
@@ -309,7 +309,7 @@ bool Recorder::Offer(RawFrameSet set) {
   Shared& shared = *shared_;
   const std::string fault = FaultOfSet(set, shared.take->camera_ids(), shared.last_offered);
   const uint64_t bytes = set.bytes();
-  const std::lock_guard lock(shared.mutex);
+  const MutexLock lock(shared.mutex);
   ++shared.counters.sets_offered;
   std::string cause;
   if (!fault.empty()) {
@@ -345,8 +345,8 @@ bool Recorder::Offer(RawFrameSet set) {
 bool Recorder::OfferAndWait(RawFrameSet set) {
   {
     const uint64_t bytes = set.bytes();
-    std::unique_lock lock(shared_->mutex);
-    shared_->changed.wait(lock, [&] {
+    MutexLock lock(shared_->mutex);
+    shared_->changed.wait(lock, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(shared_->mutex) {
       return !shared_->counters.stop_cause.empty() || shared_->counters.queued_bytes == 0 ||
              shared_->counters.queued_bytes + bytes <= shared_->options.queue_bytes;
     });
@@ -355,32 +355,35 @@ bool Recorder::OfferAndWait(RawFrameSet set) {
 }
 
 void Recorder::Note(const std::string& camera_id, const std::string& cause) {
-  const std::lock_guard lock(shared_->mutex);
+  const MutexLock lock(shared_->mutex);
   shared_->events.push_back({LedgerEvent::kNote, 0, 0, 0, HostTime_ns(), camera_id, cause});
 }
 
 void Recorder::NoteDropped(uint64_t first_set, uint64_t last_set, int64_t device_time_ns,
                            const std::string& cause) {
-  const std::lock_guard lock(shared_->mutex);
+  const MutexLock lock(shared_->mutex);
   shared_->counters.sets_offered += last_set - first_set + 1;
   shared_->Drop(first_set, last_set, device_time_ns, cause);
 }
 
 RecorderCounters Recorder::Counters() const {
-  const std::lock_guard lock(shared_->mutex);
+  const MutexLock lock(shared_->mutex);
   return shared_->counters;
 }
 
 absl::Status Recorder::Stop() {
   Shared& shared = *shared_;
-  std::unique_lock lock(shared.mutex);
+  MutexLock lock(shared.mutex);
   if (shared.stopped) return shared.close_status;
   shared.stopped = true;
   shared.stopping = true;
   shared.changed.notify_all();
   const auto patience = std::chrono::milliseconds(shared.options.stop_timeout_ms);
   for (uint64_t before = shared.progress;; before = shared.progress) {
-    if (shared.changed.wait_for(lock, patience, [&] { return !shared.flusher_running; })) break;
+    if (shared.changed.wait_for(lock, patience, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(shared.mutex) {
+          return !shared.flusher_running;
+        }))
+      break;
     if (shared.progress != before) continue;
     shared.close_status = absl::DeadlineExceededError(
         absl::StrCat("the disk has not answered for ", shared.options.stop_timeout_ms / 1000,
@@ -388,9 +391,10 @@ absl::Status Recorder::Stop() {
     for (std::thread& thread : shared.threads) thread.detach();
     return shared.close_status;
   }
+  const absl::Status closed = shared.close_status;
   lock.unlock();
   for (std::thread& thread : shared.threads) thread.join();
-  return shared.close_status;
+  return closed;
 }
 
 }  // namespace weft
