@@ -5,12 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/host_clock.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "services/studio/recording/session_file.h"
@@ -33,7 +33,7 @@ class FilmedFrames : public CameraFeed {
     options_.look = [this](const RawFrameSet& set) { Offer(set); };
     recording_ = std::thread([this, folder = std::move(take)] {
       absl::StatusOr<v1::Take> outcome = RecordLive(folder, cameras_, options_, stopping_);
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       outcome_ = std::move(outcome);
       has_ended_ = true;
       changed_.notify_all();
@@ -42,7 +42,7 @@ class FilmedFrames : public CameraFeed {
   ~FilmedFrames() override { Finish().status().IgnoreError(); }
 
   absl::StatusOr<std::optional<LiveFrame>> Newest(const std::stop_token& stop) override {
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     while (!newest_) {
       if (has_ended_ || stop.stop_requested()) return std::nullopt;
       changed_.wait_for(lock, kStopPeriod);
@@ -61,7 +61,7 @@ class FilmedFrames : public CameraFeed {
   absl::StatusOr<v1::Take> Finish() override {
     stopping_ = true;
     if (recording_.joinable()) recording_.join();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     newest_.reset();
     return outcome_;
   }
@@ -69,7 +69,7 @@ class FilmedFrames : public CameraFeed {
  private:
   // Pictures are shared, not copied.
   void Offer(const RawFrameSet& set) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     passed_over_ += newest_ ? 1 : 0;
     newest_ = set;
     arrived_ns_ = HostTime_ns();
@@ -82,14 +82,15 @@ class FilmedFrames : public CameraFeed {
   const int64_t interval_ns_;
   std::atomic<bool> stopping_ = false;
   std::thread recording_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<RawFrameSet> newest_;
-  int64_t arrived_ns_ = 0;
-  int passed_over_ = 0;
-  bool has_ended_ = false;
-  absl::StatusOr<v1::Take> outcome_ = absl::InternalError("the recording has not ended");
-  int64_t last_ns_ = INT64_MIN / 2;
+  Mutex mutex_;
+  std::condition_variable_any changed_;
+  std::optional<RawFrameSet> newest_ ABSL_GUARDED_BY(mutex_);
+  int64_t arrived_ns_ ABSL_GUARDED_BY(mutex_) = 0;
+  int passed_over_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool has_ended_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::StatusOr<v1::Take> outcome_ ABSL_GUARDED_BY(mutex_) =
+      absl::InternalError("the recording has not ended");
+  int64_t last_ns_ ABSL_GUARDED_BY(mutex_) = INT64_MIN / 2;
 };
 
 }  // namespace

@@ -3,13 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "animation/paper/pixel_avatar.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/cloth_take.h"
@@ -54,8 +53,10 @@ absl::StatusOr<GraphPoses> FitGraphPoses(TrainingTakes& takes, const Deformation
   std::vector<absl::Status> status(told.size());
   int all = 0;
   for (const TrainingTake& take : told) all += (take.frames + every - 1) / every;
-  std::atomic<int> done = 0;
-  std::mutex progress;
+  struct {
+    Mutex mutex;
+    int done ABSL_GUARDED_BY(mutex) = 0;
+  } progress;
   tbb::parallel_for(size_t{0}, told.size(), [&](size_t t) {
     absl::StatusOr<ClothTake> take = takes.take(static_cast<int>(t)).OpenAgain();
     if (!take.ok()) {
@@ -81,9 +82,9 @@ absl::StatusOr<GraphPoses> FitGraphPoses(TrainingTakes& takes, const Deformation
       const bool is_learnt = f < LearntFrames(told, t);
       (is_learnt ? of_take[t].learnt : of_take[t].held_out).push_back(NumbersOf(PoseOfNodes(graph, motions)));
       (is_learnt ? of_take[t].learnt_mm : of_take[t].held_out_mm) += off;
-      const std::lock_guard lock(progress);
-      ++done;
-      if (on_progress) on_progress(static_cast<double>(done) / all);
+      const MutexLock lock(progress.mutex);
+      ++progress.done;
+      if (on_progress) on_progress(static_cast<double>(progress.done) / all);
     }
   });
   GraphPoses out;

@@ -70,7 +70,10 @@ absl::StatusOr<std::unique_ptr<LocalExecutor>> LocalExecutor::Create(LocalExecut
   WEFT_RETURN_IF_ERROR(CreateFolders(options.task_folder));
   std::unique_ptr<LocalExecutor> executor(new LocalExecutor(std::move(options)));
   if (!executor->wake_.open()) return absl::ResourceExhaustedError("no file descriptor left");
-  executor->thread_ = std::thread(&LocalExecutor::Loop, executor.get());
+  {
+    const MutexLock lock(executor->join_mutex_);
+    executor->thread_ = std::thread(&LocalExecutor::Loop, executor.get());
+  }
   return executor;
 }
 
@@ -83,7 +86,7 @@ absl::Status LocalExecutor::Start(const v1::Task& task, TaskListener listener) {
   if (!IsPlainName(task.id())) {
     return absl::InvalidArgumentError(absl::StrCat("task.id: \"", task.id(), "\" is not a plain name"));
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (stopping_) return absl::UnavailableError("the executor is shutting down");
   if (taken_.size() >= static_cast<size_t>(options_.workers)) {
     return absl::ResourceExhaustedError("every worker is busy");
@@ -101,18 +104,18 @@ absl::Status LocalExecutor::Start(const v1::Task& task, TaskListener listener) {
 }
 
 void LocalExecutor::Stop(const std::string& task_id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   stops_.push_back(task_id);
   Wake();
 }
 
 void LocalExecutor::StopAll() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
     Wake();
   }
-  const std::lock_guard lock(join_mutex_);
+  const MutexLock lock(join_mutex_);
   if (thread_.joinable()) thread_.join();
 }
 
@@ -139,7 +142,7 @@ bool LocalExecutor::TakeRequests() {
   std::vector<std::string> stops;
   bool stopping = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     starts.swap(starts_);
     stops.swap(stops_);
     stopping = stopping_;
@@ -269,7 +272,7 @@ void LocalExecutor::RemoveFinished() {
     std::error_code ignored;
     std::filesystem::remove(absl::StrCat(options_.task_folder, "/", run->task.id(), ".json"), ignored);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       std::erase(taken_, run->task.id());
     }
     run->listener.ended({run->stopped_because.empty(), run->stopped_because, run->refused});

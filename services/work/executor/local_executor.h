@@ -4,12 +4,12 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/work/executor/child_process.h"
 #include "services/work/executor/executor.h"
 
@@ -68,15 +68,15 @@ class LocalExecutor : public Executor {
   const LocalExecutorOptions options_;
   UniqueFd wake_;
 
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Run>> starts_;
-  std::vector<std::string> stops_;
-  std::vector<std::string> taken_;  // ids that hold a slot
-  bool stopping_ = false;
+  Mutex mutex_;
+  std::vector<std::unique_ptr<Run>> starts_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> stops_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> taken_ ABSL_GUARDED_BY(mutex_);  // ids that hold a slot
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
 
   std::map<std::string, std::unique_ptr<Run>> runs_;  // of the loop's thread
-  std::mutex join_mutex_;
-  std::thread thread_;
+  Mutex join_mutex_;
+  std::thread thread_ ABSL_GUARDED_BY(join_mutex_);
 };
 
 }  // namespace weft

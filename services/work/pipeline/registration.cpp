@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <mutex>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "services/work/pipeline/frame_resume.h"
 #include "services/work/pipeline/refine_frame.h"
@@ -24,7 +24,7 @@ class AdvancedOnce {
       : events_(events), frame_(std::move(frame)) {}
 
   void operator()(double share) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (share <= last_ || !events_.advanced) return;
     last_ = share;
     events_.advanced(frame_, share);
@@ -33,8 +33,8 @@ class AdvancedOnce {
  private:
   const RegistrationEvents& events_;
   const std::string frame_;
-  std::mutex mutex_;
-  double last_ = 0;
+  Mutex mutex_;
+  double last_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // Frames that start from their own results would differ from run to run.

@@ -93,7 +93,7 @@ ScratchFrames::~ScratchFrames() {
 }
 
 uint64_t ScratchFrames::bytes_held() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   uint64_t bytes = 0;
   for (const auto& [frame, views] : copies_) {
     for (const auto& [camera, copy] : views) bytes += copy.from.bytes;
@@ -124,7 +124,7 @@ absl::Status ScratchFrames::CopyFrame(size_t index, const Views& views) {
       if (absl::IsDataLoss(copied)) continue;
       return copied;
     }
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     copies_[index][camera] = {path, view};
   }
   return absl::OkStatus();
@@ -133,7 +133,7 @@ absl::Status ScratchFrames::CopyFrame(size_t index, const Views& views) {
 void ScratchFrames::Drop(size_t index) {
   std::map<size_t, Copy> copies;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     copies.swap(copies_[index]);
     copies_.erase(index);
   }
@@ -150,7 +150,7 @@ absl::Status ScratchFrames::Hold(size_t index, std::optional<size_t> next) {
   }
   std::vector<size_t> others;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (const auto& [frame, views] : copies_) {
       if (frame != index) others.push_back(frame);
     }
@@ -185,7 +185,7 @@ absl::Status ScratchFrames::Hold(size_t index, std::optional<size_t> next) {
 absl::StatusOr<Frame> ScratchFrames::ReadView(size_t index, size_t camera) const {
   std::optional<Copy> copy;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto frame = copies_.find(index);
     if (frame != copies_.end()) {
       if (const auto found = frame->second.find(camera); found != frame->second.end()) copy = found->second;

@@ -5,13 +5,13 @@
 #include <future>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "capture/take/frame_source.h"
 #include "services/ground/process/unique_fd.h"
 
@@ -73,9 +73,9 @@ class ScratchFrames : public FrameSource {
   const std::string folder_;
   const UniqueFd lock_;  // held as long as the folder stands
 
-  mutable std::mutex mutex_;
-  std::map<size_t, std::map<size_t, Copy>> copies_;  // by frame, by camera
-  std::optional<size_t> ahead_;                      // the frame that is being copied
+  mutable Mutex mutex_;
+  std::map<size_t, std::map<size_t, Copy>> copies_ ABSL_GUARDED_BY(mutex_);  // by frame, by camera
+  std::optional<size_t> ahead_;                                              // the frame that is being copied
   std::future<absl::Status> copied_ahead_;
 };
 

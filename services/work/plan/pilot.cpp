@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <numeric>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "services/work/executor/local_executor.h"
 #include "services/work/pipeline/registration_inputs.h"
@@ -41,12 +41,12 @@ class PilotTasks {
 
   // Returns when all have ended.
   absl::StatusOr<std::vector<PilotTask>> Run(const std::vector<v1::Task>& tasks, std::stop_token stop) {
-    measured_.resize(tasks.size());
     const std::stop_callback on_stop(stop, [&] {
       for (const v1::Task& task : tasks) executor_.Stop(task.id());
     });
     size_t next = 0;
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
+    measured_.resize(tasks.size());
     while (next < tasks.size() && error_.ok() && !stop.stop_requested()) {
       if (running_ == options_.at_once) {
         changed_.wait(lock);
@@ -60,7 +60,7 @@ class PilotTasks {
       }
       ++next;
     }
-    changed_.wait(lock, [this] { return running_ == 0; });
+    changed_.wait(lock, [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return running_ == 0; });
     if (stop.stop_requested()) return absl::CancelledError("the pilot was cancelled");
     if (!error_.ok()) return error_;
     return measured_;
@@ -68,12 +68,13 @@ class PilotTasks {
 
  private:
   TaskListener ListenerFor(size_t index) {
-    return {.event = [this, index](const v1::WorkerEvent& event) { OnEvent(measured_[index], event); },
+    return {.event = [this, index](const v1::WorkerEvent& event) { OnEvent(index, event); },
             .ended = [this](const TaskEnd& end) { OnEnded(end); }};
   }
 
-  void OnEvent(PilotTask& task, const v1::WorkerEvent& event) {
-    const std::lock_guard lock(mutex_);
+  void OnEvent(size_t index, const v1::WorkerEvent& event) {
+    const MutexLock lock(mutex_);
+    PilotTask& task = measured_[index];
     if (event.has_finished()) {
       task.finished.push_back(event.usage());
       options_.progress(++done_, frames_);
@@ -90,7 +91,7 @@ class PilotTasks {
   }
 
   void OnEnded(const TaskEnd& end) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!end.clean && error_.ok()) error_ = absl::UnavailableError(absl::StrCat("a worker: ", end.reason));
     --running_;
     changed_.notify_all();
@@ -99,12 +100,12 @@ class PilotTasks {
   LocalExecutor& executor_;
   const PilotOptions& options_;
   const size_t frames_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<PilotTask> measured_;
-  absl::Status error_;
-  size_t done_ = 0;
-  int running_ = 0;
+  Mutex mutex_;
+  std::condition_variable_any changed_;
+  std::vector<PilotTask> measured_ ABSL_GUARDED_BY(mutex_);
+  absl::Status error_ ABSL_GUARDED_BY(mutex_);
+  size_t done_ ABSL_GUARDED_BY(mutex_) = 0;
+  int running_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace

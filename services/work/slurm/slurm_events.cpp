@@ -133,7 +133,7 @@ bool SlurmExecutor::IsWhole(const std::vector<SlurmRecord>& records) const {
 void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
   std::vector<std::string> left;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     left.swap(unclaimed_);
   }
   const std::vector<std::string> unclaimed = left;
@@ -148,7 +148,7 @@ void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
   if (left.empty() || commands_.Cancel(left).ok()) {
     knows_leftovers_ = true;
   } else {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     unclaimed_ = unclaimed;
   }
 }
@@ -243,7 +243,7 @@ void SlurmExecutor::End(Run& run, const TaskVerdict& verdict) {
     if (--run.array->unfinished == 0) run.array->folder.RemoveIfEmpty();
   }
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     std::erase(taken_, run.task.id());
   }
   if (verdict.error) {

@@ -57,7 +57,10 @@ absl::StatusOr<std::unique_ptr<SlurmExecutor>> SlurmExecutor::Create(SlurmOption
   WEFT_ASSIGN_OR_RETURN(std::string tag, TagOf(options.folder));
   std::unique_ptr<SlurmExecutor> executor(
       new SlurmExecutor(std::move(options), std::move(map), std::move(commands), std::move(tag)));
-  executor->thread_ = std::thread(&SlurmExecutor::Loop, executor.get());
+  {
+    const MutexLock lock(executor->join_mutex_);
+    executor->thread_ = std::thread(&SlurmExecutor::Loop, executor.get());
+  }
   return executor;
 }
 
@@ -87,7 +90,7 @@ absl::Status SlurmExecutor::Start(const v1::Task& task, TaskListener listener) {
     if (!IsPlainTaskName(*name))
       return absl::InvalidArgumentError(absl::StrCat("task: \"", *name, "\" is not a plain name"));
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (stopping_) return absl::UnavailableError("the executor is shutting down");
   if (taken_.size() >= static_cast<size_t>(slots())) return absl::ResourceExhaustedError("too many tasks");
   if (std::find(taken_.begin(), taken_.end(), task.id()) != taken_.end())
@@ -105,7 +108,7 @@ absl::Status SlurmExecutor::Start(const v1::Task& task, TaskListener listener) {
 }
 
 void SlurmExecutor::Stop(const std::string& task_id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   stops_.push_back(task_id);
   has_requests_ = true;
   woken_.notify_all();
@@ -113,12 +116,12 @@ void SlurmExecutor::Stop(const std::string& task_id) {
 
 void SlurmExecutor::StopAll() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
     has_requests_ = true;
     woken_.notify_all();
   }
-  const std::lock_guard lock(join_mutex_);
+  const MutexLock lock(join_mutex_);
   if (thread_.joinable()) thread_.join();
 }
 
@@ -135,9 +138,9 @@ void SlurmExecutor::Loop() {
       RaiseThrottles();
     }
     RemoveEnded();
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     // Without tasks there is nothing to look at.
-    const auto wakes = [this] { return has_requests_; };
+    const auto wakes = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return has_requests_; };
     if (runs_.empty() && (knows_leftovers_ || !begins_)) {
       woken_.wait(lock, wakes);
     } else {
@@ -150,7 +153,7 @@ bool SlurmExecutor::TakeRequests() {
   std::vector<std::string> stops;
   bool stopping = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (std::unique_ptr<Run>& start : starts_) runs_.push_back(std::move(start));
     starts_.clear();
     for (const std::shared_ptr<Array>& array : taken_up_) {

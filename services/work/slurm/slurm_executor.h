@@ -6,7 +6,6 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/work/executor/executor.h"
 #include "services/work/slurm/slurm_commands.h"
 #include "services/work/slurm/slurm_options.h"
@@ -84,16 +84,17 @@ class SlurmExecutor : public Executor {
   const SlurmCommands commands_;
   const std::string tag_;  // in the comment of our jobs
 
-  std::mutex mutex_;
-  std::condition_variable woken_;
-  std::vector<std::unique_ptr<Run>> starts_;
-  std::vector<std::string> stops_;
-  std::vector<std::shared_ptr<Array>> taken_up_;
-  std::vector<std::string> unclaimed_;  // elements of those that nobody wants, as scancel names them
-  std::vector<std::string> taken_;      // ids that hold a slot
-  bool has_requests_ = false;
-  bool may_begin_ = false;  // whoever owns this has claimed what he wants
-  bool stopping_ = false;
+  Mutex mutex_;
+  std::condition_variable_any woken_;
+  std::vector<std::unique_ptr<Run>> starts_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> stops_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::shared_ptr<Array>> taken_up_ ABSL_GUARDED_BY(mutex_);
+  // Elements of those that nobody wants, as scancel names them.
+  std::vector<std::string> unclaimed_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> taken_ ABSL_GUARDED_BY(mutex_);  // ids that hold a slot
+  bool has_requests_ ABSL_GUARDED_BY(mutex_) = false;
+  bool may_begin_ ABSL_GUARDED_BY(mutex_) = false;  // whoever owns this has claimed what he wants
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
 
   // Of the loop's thread.
   std::list<std::unique_ptr<Run>> runs_;  // in the order of their starts
@@ -107,8 +108,8 @@ class SlurmExecutor : public Executor {
   int next_array_ = 1;
   bool knows_limits_ = false;
   size_t array_limit_ = 1, most_at_once_ = 1;  // elements of an array: that may ever be, that are tried next
-  std::mutex join_mutex_;
-  std::thread thread_;
+  Mutex join_mutex_;
+  std::thread thread_ ABSL_GUARDED_BY(join_mutex_);
 };
 
 }  // namespace weft

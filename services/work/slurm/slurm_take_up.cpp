@@ -42,7 +42,7 @@ void SlurmExecutor::TakeUp(const Claim& claim) {
     v1::SubmittedArray submitted;
     if (ReadJsonFile(folder.ArrayFile(), submitted).ok()) TakeUpArray(folder, submitted, claim);
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   next_array_ = next_array;
   may_begin_ = true;
   has_requests_ = true;
@@ -76,7 +76,7 @@ void SlurmExecutor::TakeUpArray(const TaskFolder& folder, const v1::SubmittedArr
   // An array of which nobody wants anything is cancelled as a whole (CancelLeftovers).
   if (claimed.empty()) return folder.RemoveIfEmpty();
   array->unfinished = array->throttle = static_cast<int>(claimed.size());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   taken_up_.push_back(array);
   unclaimed_.insert(unclaimed_.end(), unclaimed.begin(), unclaimed.end());
   for (std::unique_ptr<Run>& run : claimed) {
