@@ -7,11 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <mutex>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "evaluation/mesh_difference.h"
 #include "services/formats/files/frame_paths.h"
@@ -214,8 +214,10 @@ absl::Status MeasureFrames(const VertexMatch& match, ComparedSide& a, ComparedSi
                            const std::function<void(size_t, size_t)>& on_frame, DifferenceSum& sum) {
   const size_t all = a.inputs.frames.size();
   const size_t batch = 2 * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
-  size_t done = 0;
-  std::mutex mutex;
+  struct {
+    Mutex mutex;
+    size_t done ABSL_GUARDED_BY(mutex) = 0;
+  } progress;
   for (size_t begin = 0; begin < all; begin += batch) {
     std::vector<ComparedFrame> frames(std::min(batch, all - begin));
     tbb::parallel_for(size_t{0}, frames.size(), [&](size_t i) {
@@ -223,9 +225,9 @@ absl::Status MeasureFrames(const VertexMatch& match, ComparedSide& a, ComparedSi
       frames[i] = {EvaluateFrame(a.request, a.inputs, a.tools, begin + i),
                    EvaluateFrame(b.request, b.inputs, b.tools, begin + i),
                    DifferenceInFrame(match, a.inputs.result, b.inputs.result, name)};
-      const std::lock_guard lock(mutex);
-      ++done;
-      if (on_frame) on_frame(done, all);
+      const MutexLock lock(progress.mutex);
+      ++progress.done;
+      if (on_frame) on_frame(progress.done, all);
     });
     for (ComparedFrame& frame : frames) {
       for (const absl::Status& status : {frame.a.status(), frame.b.status(), frame.difference.status()})

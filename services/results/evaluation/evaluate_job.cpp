@@ -4,10 +4,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "services/results/evaluation/evaluation_verdict.h"
 #include "services/results/report/camera_facts.h"
@@ -145,17 +145,19 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
   EvaluationSum sum;
   const size_t all = inputs.frames.size();
   const size_t batch = 4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
-  size_t done = 0;
-  std::mutex mutex;
+  struct {
+    Mutex mutex;
+    size_t done ABSL_GUARDED_BY(mutex) = 0;
+  } progress;
   // Batches are added up in the order of the frames, so that sums do not depend on which frame was ready
   // first.
   for (size_t begin = 0; begin < all; begin += batch) {
     std::vector<absl::StatusOr<FrameOutcome>> outcomes(std::min(batch, all - begin));
     tbb::parallel_for(size_t{0}, outcomes.size(), [&](size_t i) {
       outcomes[i] = EvaluateFrame(request, inputs, tools, begin + i);
-      const std::lock_guard lock(mutex);
-      ++done;
-      if (on_frame) on_frame(done, all);
+      const MutexLock lock(progress.mutex);
+      ++progress.done;
+      if (on_frame) on_frame(progress.done, all);
     });
     for (absl::StatusOr<FrameOutcome>& outcome : outcomes) {
       if (!outcome.ok()) return outcome.status();

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -13,6 +12,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/exit_status.h"
@@ -117,13 +117,13 @@ absl::StatusOr<VideoImportOptions> VideoOptionsOf(const ImportCommandOptions& op
 // A bar for each stage; a stage's bar goes when the next one begins. Stops where `stop` is requested.
 VideoImportProgress BarPerStage(bool quiet, const std::stop_token& stop) {
   struct Bars {
-    std::mutex mutex;
-    std::string stage;
-    std::unique_ptr<Progress> bar;
+    Mutex mutex;
+    std::string stage ABSL_GUARDED_BY(mutex);
+    std::unique_ptr<Progress> bar ABSL_GUARDED_BY(mutex);
   };
   const auto bars = std::make_shared<Bars>();
   return [bars, quiet, stop](const char* stage, uint64_t done, uint64_t total) {
-    const std::lock_guard lock(bars->mutex);
+    const MutexLock lock(bars->mutex);
     if (bars->stage != stage) {
       bars->stage = stage;
       bars->bar.reset();

@@ -5,13 +5,13 @@
 #include <condition_variable>
 #include <cstdio>
 #include <memory>
-#include <mutex>
 #include <stop_token>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/ground/process/exit_status.h"
@@ -121,8 +121,8 @@ absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& ta
   std::stop_source enough;
   const std::stop_callback on_interrupt(context.stop, [&enough] { enough.request_stop(); });
   const std::jthread timer([&enough, kBeginTimeout](const std::stop_token& stop) {
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
+    Mutex mutex;
+    MutexLock lock(mutex);
     std::condition_variable_any never;
     never.wait_for(lock, stop, kBeginTimeout, [] { return false; });
     enough.request_stop();

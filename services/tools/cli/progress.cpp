@@ -58,30 +58,30 @@ bool ProgressVisible(bool quiet) { return !quiet && (as_lines || isatty(STDERR_F
 
 Progress::Progress(std::string label, uint64_t total, bool visible, ProgressUnit unit)
     : label_(std::move(label)), visible_(visible), unit_(unit), total_(total) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Draw(true);
 }
 
 Progress::~Progress() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Wipe();
 }
 
 void Progress::Advance(uint64_t steps) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   done_ += steps;
   Draw(false);
 }
 
 void Progress::Set(uint64_t done, uint64_t total) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   done_ = done;
   total_ = total;
   Draw(false);
 }
 
 void Progress::PrintLine(const std::string& text) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Wipe();
   std::fprintf(stderr, "%s\n", text.c_str());
   Draw(true);

@@ -3,8 +3,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <mutex>
 #include <string>
+
+#include "base/mutex.h"
 
 namespace weft {
 
@@ -38,17 +39,17 @@ class Progress {
   void PrintLine(const std::string& text);
 
  private:
-  void Draw(bool force);
-  void Wipe();
+  void Draw(bool force) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Wipe() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string label_;
   const bool visible_;
   const ProgressUnit unit_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::mutex mutex_;
-  uint64_t done_ = 0;
-  uint64_t total_ = 0;
-  std::chrono::steady_clock::time_point drawn_;
+  Mutex mutex_;
+  uint64_t done_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t total_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::chrono::steady_clock::time_point drawn_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -4,8 +4,8 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <mutex>
 
+#include "base/mutex.h"
 #include "services/tools/client/daemon_call.h"
 
 namespace weft {
@@ -47,9 +47,9 @@ absl::Status SessionClient::Hold(const v1::CaptureSession& session, const std::s
                                  const std::stop_token& stop) {
   using Clock = std::chrono::steady_clock;
   const std::chrono::duration<double> lease_time(session.lease_s());
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   for (Clock::time_point renewed = Clock::now();;) {
     asked.wait_for(lock, stop, lease_time / 3, [] { return false; });
     if (stop.stop_requested()) return absl::OkStatus();
