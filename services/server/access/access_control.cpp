@@ -29,7 +29,7 @@ AccessControl::AccessControl(std::string path, Warn warn, Clock clock)
       known_(std::make_shared<Known>()) {}
 
 std::shared_ptr<const AccessControl::Known> AccessControl::Current() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const int64_t now_ns = clock_();
   if (!stamp_.empty() && now_ns >= looked_ns_ && now_ns - looked_ns_ < kLookEvery_ns) return known_;
   looked_ns_ = now_ns;

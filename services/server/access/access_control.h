@@ -5,11 +5,11 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/callers/caller.h"
 #include "weft/v1/access.pb.h"
 
@@ -49,10 +49,10 @@ class AccessControl {
   const std::string path_;
   const Warn warn_;
   const Clock clock_;
-  std::mutex mutex_;
-  std::string stamp_;  // of the file that was read last
-  int64_t looked_ns_ = 0;
-  std::shared_ptr<const Known> known_;
+  Mutex mutex_;
+  std::string stamp_ ABSL_GUARDED_BY(mutex_);  // of the file that was read last
+  int64_t looked_ns_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::shared_ptr<const Known> known_ ABSL_GUARDED_BY(mutex_);
 };
 
 // PermissionDenied names the method, the role that it asks for, and the caller's.

@@ -36,12 +36,15 @@ std::string AuditLogFile(const std::string& state_folder) { return absl::StrCat(
 
 absl::StatusOr<std::unique_ptr<AuditLog>> AuditLog::Open(std::string path, Warn warn, int64_t largest_bytes) {
   std::unique_ptr<AuditLog> log(new AuditLog(std::move(path), std::move(warn), largest_bytes));
-  WEFT_RETURN_IF_ERROR(log->OpenFile());
+  {
+    const MutexLock lock(log->mutex_);
+    WEFT_RETURN_IF_ERROR(log->OpenFile());
+  }
   return log;
 }
 
 AuditLog::~AuditLog() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   WriteGathered(Time::max());
 }
 
@@ -96,12 +99,12 @@ bool AuditLog::Write(const v1::AuditEntry& entry) {
 
 bool AuditLog::Record(v1::AuditEntry entry) {
   entry.set_time(UtcText());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return Write(entry);
 }
 
 void AuditLog::WriteGathered(Time before) {
-  std::erase_if(refused_, [&](const auto& known) {
+  std::erase_if(refused_, [&](const auto& known) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const Gathered& gathered = known.second;
     if (gathered.since >= before) return false;
     if (gathered.entry.times() > 0) Write(gathered.entry);
@@ -111,7 +114,7 @@ void AuditLog::WriteGathered(Time before) {
 
 bool AuditLog::Refused(v1::AuditEntry entry) {
   entry.set_time(UtcText());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const Time now = std::chrono::steady_clock::now();
   WriteGathered(now - kGatherFor);
   const Kind kind{entry.caller(), entry.peer(), entry.method(), entry.outcome()};

@@ -6,13 +6,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/ground/process/unique_fd.h"
 #include "weft/v1/access.pb.h"
 
@@ -51,21 +51,20 @@ class AuditLog {
 
   AuditLog(std::string path, Warn warn, int64_t largest_bytes)
       : path_(std::move(path)), warn_(std::move(warn)), largest_bytes_(largest_bytes) {}
-  // The functions below need the lock.
-  absl::Status OpenFile();
-  absl::Status Append(v1::AuditEntry entry);
-  bool Write(const v1::AuditEntry& entry);
-  void Rotate();
-  void WriteGathered(Time before);
+  absl::Status OpenFile() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Append(v1::AuditEntry entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool Write(const v1::AuditEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Rotate() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void WriteGathered(Time before) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string path_;
   const Warn warn_;
   const int64_t largest_bytes_;
-  std::mutex mutex_;
-  UniqueFd file_;
-  int64_t bytes_ = 0;
-  int32_t lost_ = 0;
-  std::map<Kind, Gathered> refused_;
+  Mutex mutex_;
+  UniqueFd file_ ABSL_GUARDED_BY(mutex_);
+  int64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int32_t lost_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::map<Kind, Gathered> refused_ ABSL_GUARDED_BY(mutex_);
 };
 
 // The last `most` entries, oldest first. Lines that are none, as a crash leaves them, are left out. Errors of

@@ -62,14 +62,14 @@ absl::Status CallLimits::Charge(const std::string& caller, Account& account) con
 }
 
 absl::Status CallLimits::Charge(const std::string& caller) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const Time now = clock_();
   Forget(now);
   return Charge(caller, AccountOf(caller, now));
 }
 
 absl::Status CallLimits::Admit(const std::string& caller, CallKind kind, v1::Role role) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const Time now = clock_();
   Forget(now);
   Account& account = AccountOf(caller, now);
@@ -108,7 +108,7 @@ int CallLimits::OpenOf(CallKind kind, Time now) const {
 }
 
 void CallLimits::Begin(const std::string& caller, CallKind kind) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Calls& calls = AccountOf(caller, clock_()).calls.at(static_cast<size_t>(kind));
   if (!calls.admitted.empty()) calls.admitted.pop_front();
   ++calls.running;
@@ -116,13 +116,13 @@ void CallLimits::Begin(const std::string& caller, CallKind kind) {
 }
 
 void CallLimits::End(const std::string& caller, CallKind kind) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   --AccountOf(caller, clock_()).calls.at(static_cast<size_t>(kind)).running;
   --running_.at(static_cast<size_t>(kind));
 }
 
 int CallLimits::Running(CallKind kind) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return running_.at(static_cast<size_t>(kind));
 }
 

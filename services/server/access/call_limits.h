@@ -6,10 +6,10 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <string>
 
 #include "absl/status/status.h"
+#include "base/mutex.h"
 #include "services/server/access/methods.h"
 
 namespace weft {
@@ -64,19 +64,19 @@ class CallLimits {
     std::array<Calls, 3> calls;
   };
 
-  // The functions below need the lock.
-  absl::Status Charge(const std::string& caller, Account& account) const;
-  Account& AccountOf(const std::string& caller, Time now);
-  void Forget(Time now);
+  absl::Status Charge(const std::string& caller, Account& account) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Account& AccountOf(const std::string& caller, Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Forget(Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Calls of all callers that run, or were admitted just now.
-  int OpenOf(CallKind kind, Time now) const;
+  int OpenOf(CallKind kind, Time now) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const CallerLimits limits_;
   const Clock clock_;
-  std::mutex mutex_;
-  std::map<std::string, Account> accounts_;
-  std::array<int, 3> running_{};
-  Time forgot_;
+  Mutex mutex_;
+  std::map<std::string, Account> accounts_ ABSL_GUARDED_BY(mutex_);
+  std::array<int, 3> running_ ABSL_GUARDED_BY(mutex_){};
+  Time forgot_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -136,7 +136,7 @@ RevocationList::RevocationList(std::string path, Warn warn)
 RevocationList::~RevocationList() = default;
 
 std::shared_ptr<const RevocationList::Lists> RevocationList::Current() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::string stamp = FileStamp(path_);
   if (stamp == stamp_) return lists_;
   stamp_ = std::move(stamp);

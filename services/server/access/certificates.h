@@ -3,11 +3,11 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/mutex.h"
 
 namespace weft {
 
@@ -44,9 +44,9 @@ class RevocationList {
 
   const std::string path_;
   const Warn warn_;
-  std::mutex mutex_;
-  std::string stamp_;
-  std::shared_ptr<const Lists> lists_;
+  Mutex mutex_;
+  std::string stamp_ ABSL_GUARDED_BY(mutex_);
+  std::shared_ptr<const Lists> lists_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -11,7 +11,7 @@ namespace weft {
 TurnGate::Pass TurnGate::Enter(const std::string& caller_name) {
   const std::string account = AccountOf(caller_name);
   Waiting self{account};
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   waiting_.push_back(&self);
   AdmitWaiting();
   admitted_.wait(lock, [&self] { return self.admitted; });
@@ -20,7 +20,7 @@ TurnGate::Pass TurnGate::Enter(const std::string& caller_name) {
 }
 
 void TurnGate::Leave(const std::string& account, std::chrono::steady_clock::duration stayed) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   turns_.End(account, std::chrono::duration<double>(stayed).count());
   --inside_;
   AdmitWaiting();
@@ -29,9 +29,10 @@ void TurnGate::Leave(const std::string& account, std::chrono::steady_clock::dura
 void TurnGate::AdmitWaiting() {
   while (inside_ < at_once_) {
     std::vector<Waiting*> may_enter;
-    std::ranges::copy_if(waiting_, std::back_inserter(may_enter), [this](const Waiting* waiting) {
-      return turns_.Running(waiting->account) < of_one_caller_;
-    });
+    std::ranges::copy_if(waiting_, std::back_inserter(may_enter),
+                         [this](const Waiting* waiting) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+                           return turns_.Running(waiting->account) < of_one_caller_;
+                         });
     if (may_enter.empty()) break;
     std::vector<std::string> accounts;
     for (const Waiting* waiting : may_enter) accounts.push_back(waiting->account);

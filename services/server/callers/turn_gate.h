@@ -4,9 +4,9 @@
 #include <chrono>
 #include <condition_variable>
 #include <list>
-#include <mutex>
 #include <string>
 
+#include "base/mutex.h"
 #include "services/server/callers/turns.h"
 
 namespace weft {
@@ -41,15 +41,14 @@ class TurnGate {
   };
 
   void Leave(const std::string& account, std::chrono::steady_clock::duration stayed);
-  // Needs the lock.
-  void AdmitWaiting();
+  void AdmitWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const int at_once_, of_one_caller_;
-  std::mutex mutex_;
-  std::condition_variable admitted_;
-  std::list<Waiting*> waiting_;  // the first came first
-  int inside_ = 0;
-  Turns turns_;
+  Mutex mutex_;
+  std::condition_variable_any admitted_;
+  std::list<Waiting*> waiting_ ABSL_GUARDED_BY(mutex_);  // the first came first
+  int inside_ ABSL_GUARDED_BY(mutex_) = 0;
+  Turns turns_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -73,13 +73,13 @@ absl::StatusOr<BrowserSessions::Begun> BrowserSessions::Begin(const std::string&
                                                               const std::string& peer) {
   const int64_t now_ns = clock_();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!MayTry(peer, now_ns))
       return RetryLater(absl::StatusCode::kResourceExhausted, "too many wrong tokens came from here", kRetry);
   }
   if (token.empty()) return absl::UnauthenticatedError("token: it is missing");
   absl::StatusOr<Caller> caller = access_.Identify({.token = token});
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!caller.ok()) {
     --failures_[peer].left;
     return caller.status();
@@ -105,7 +105,7 @@ absl::StatusOr<BrowserSession> BrowserSessions::Find(const std::string& id) {
   BrowserSession session;
   session.id_sha256 = HashOfToken(id);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto& sessions = sessions_.sessions();
     const auto found = std::find_if(sessions.begin(), sessions.end(), [&](const v1::ConsoleSession& one) {
       return one.id_sha256() == session.id_sha256;
@@ -121,7 +121,7 @@ absl::StatusOr<BrowserSession> BrowserSessions::Find(const std::string& id) {
 
 void BrowserSessions::End(const std::string& id) {
   const std::string hash = HashOfToken(id);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   for (int i = 0; i < sessions_.sessions_size(); ++i) {
     if (sessions_.sessions(i).id_sha256() != hash) continue;
     Drop(static_cast<size_t>(i));

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/access/access_control.h"
 #include "weft/v1/console.pb.h"
 
@@ -50,18 +50,17 @@ class BrowserSessions {
     double left = 0;
     int64_t counted_ns = 0;
   };
-  // The functions below need the lock.
-  void Drop(size_t index);
-  void MakeRoom(const std::string& token_sha256);
-  void Save();
-  bool MayTry(const std::string& peer, int64_t now_ns);
+  void Drop(size_t index) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void MakeRoom(const std::string& token_sha256) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Save() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool MayTry(const std::string& peer, int64_t now_ns) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string path_;
   AccessControl& access_;
   const Clock clock_;
-  std::mutex mutex_;
-  v1::ConsoleSessions sessions_;  // oldest first
-  std::map<std::string, Failures> failures_;
+  Mutex mutex_;
+  v1::ConsoleSessions sessions_ ABSL_GUARDED_BY(mutex_);  // oldest first
+  std::map<std::string, Failures> failures_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

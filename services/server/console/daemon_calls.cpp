@@ -39,7 +39,7 @@ DaemonCalls::DaemonCalls(Connect connect)
 
 DaemonCalls::~DaemonCalls() {
   {
-    const std::lock_guard lock(running_->mutex);
+    const MutexLock lock(running_->mutex);
     for (Call* call : running_->calls) call->Cancel();
   }
   queue_.Shutdown();
@@ -56,7 +56,7 @@ void DaemonCalls::Run() {
 }
 
 absl::StatusOr<std::shared_ptr<DaemonCalls::Channel>> DaemonCalls::ChannelOf(const CallFor& caller) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   const auto known = channels_.find(caller.session);
   if (known != channels_.end() && !known->second->broke) {
@@ -97,12 +97,12 @@ absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> DaemonCalls::Begin(
 
 DaemonCalls::Call::Call(std::shared_ptr<Running> running, std::shared_ptr<Channel> channel)
     : running_(std::move(running)), channel_(std::move(channel)), stub_(channel_->channel) {
-  const std::lock_guard lock(running_->mutex);
+  const MutexLock lock(running_->mutex);
   running_->calls.insert(this);
 }
 
 DaemonCalls::Call::~Call() {
-  const std::lock_guard lock(running_->mutex);
+  const MutexLock lock(running_->mutex);
   running_->calls.erase(this);
 }
 

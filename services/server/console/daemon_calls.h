@@ -1,6 +1,7 @@
 // Calls of the daemon's own API for browsers, without a thread for each.
 #pragma once
 
+#include "base/mutex.h"
 #include "services/server/console/awaitable.h"
 
 #include <grpcpp/completion_queue.h>
@@ -11,7 +12,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
@@ -57,16 +57,16 @@ class DaemonCalls {
   };
   // Calls that are not forgotten yet, which may outlive this.
   struct Running {
-    std::mutex mutex;
-    std::set<Call*> calls;
+    Mutex mutex;
+    std::set<Call*> calls ABSL_GUARDED_BY(mutex);
   };
   absl::StatusOr<std::shared_ptr<Channel>> ChannelOf(const CallFor& caller);
   void Run();
 
   const Connect connect_;
   grpc::CompletionQueue queue_;
-  std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<Channel>> channels_;  // by session
+  Mutex mutex_;
+  std::map<std::string, std::shared_ptr<Channel>> channels_ ABSL_GUARDED_BY(mutex_);  // by session
   const std::shared_ptr<Running> running_;
   std::thread thread_;
 };

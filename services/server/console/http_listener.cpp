@@ -13,11 +13,11 @@
 #include <boost/asio/strand.hpp>
 #include <boost/beast/ssl.hpp>
 #include <map>
-#include <mutex>
 #include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/file_stamp.h"
@@ -102,6 +102,7 @@ class HttpListener::Impl {
 
   absl::Status Begin(UniqueFd socket) {
     if (options_.uses_tls) {
+      const MutexLock lock(mutex_);
       tls_stamp_ = TlsStamp();
       WEFT_ASSIGN_OR_RETURN(auto tls, ReadTls(options_.tls));
       tls_ = std::move(tls);
@@ -132,7 +133,7 @@ class HttpListener::Impl {
 
   std::vector<std::string> HostNames() {
     std::vector<std::string> names = options_.host_names;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     names.insert(names.end(), tls_names_.begin(), tls_names_.end());
     return names;
   }
@@ -140,7 +141,7 @@ class HttpListener::Impl {
   // Of new connections; a certificate that cannot be read leaves the old one.
   std::shared_ptr<asio::ssl::context> CurrentTls() {
     constexpr std::chrono::seconds kLookEvery{5};
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto now = std::chrono::steady_clock::now();
     if (now - looked_ < kLookEvery) return tls_;
     looked_ = now;
@@ -169,7 +170,7 @@ class HttpListener::Impl {
   // None: it is refused.
   std::optional<Guest> Enter(tcp::socket& socket, const std::string& peer) {
     const auto now = std::chrono::steady_clock::now();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const std::optional<Door::Entry> entry = door_.Enter(peer, now);
     if (!entry) {
       WarnOfRefusal(peer, now);
@@ -184,16 +185,17 @@ class HttpListener::Impl {
     return Guest{entry->place, peer, now};
   }
   void Recognize(Guest& guest, const std::string& account) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     guest.is_known = door_.Recognize(guest.place, account, std::chrono::steady_clock::now());
     if (guest.is_known) sockets_.erase(guest.place);
   }
   void Leave(const Guest& guest) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     sockets_.erase(guest.place);
     door_.Leave(guest.place, guest.timed_out, std::chrono::steady_clock::now());
   }
-  void WarnOfRefusal(const std::string& peer, std::chrono::steady_clock::time_point now) {
+  void WarnOfRefusal(const std::string& peer, std::chrono::steady_clock::time_point now)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     constexpr std::chrono::seconds kQuiet{10};
     if (now - warned_ < kQuiet) return;
     warned_ = now;
@@ -298,14 +300,14 @@ class HttpListener::Impl {
 
   const HttpListenerOptions options_;
   const Handler handler_;
-  std::mutex mutex_;  // of what follows, up to io_
-  std::shared_ptr<asio::ssl::context> tls_;
-  std::string tls_stamp_;
-  std::vector<std::string> tls_names_;
-  std::chrono::steady_clock::time_point looked_;
-  Door door_;
-  std::map<uint64_t, UniqueFd> sockets_;  // of strangers, by their places
-  std::chrono::steady_clock::time_point warned_;
+  Mutex mutex_;
+  std::shared_ptr<asio::ssl::context> tls_ ABSL_GUARDED_BY(mutex_);
+  std::string tls_stamp_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> tls_names_ ABSL_GUARDED_BY(mutex_);
+  std::chrono::steady_clock::time_point looked_ ABSL_GUARDED_BY(mutex_);
+  Door door_ ABSL_GUARDED_BY(mutex_);
+  std::map<uint64_t, UniqueFd> sockets_ ABSL_GUARDED_BY(mutex_);  // of strangers, by their places
+  std::chrono::steady_clock::time_point warned_ ABSL_GUARDED_BY(mutex_);
   asio::io_context io_;
   tcp::acceptor acceptor_;
   std::vector<std::thread> threads_;

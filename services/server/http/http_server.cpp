@@ -176,7 +176,7 @@ HttpServer::HttpServer(UniqueFd socket, HttpServerOptions options, Answer answer
 
 void HttpServer::Enter(void** guest, int socket, const std::string& peer) {
   const Door::Time now = std::chrono::steady_clock::now();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   // MHD ends what is silent, and not what sends a byte from time to time.
   for (const auto& [place, stranger] : strangers_) {
     if (now - stranger.came > options_.patience) shutdown(stranger.socket, SHUT_RDWR);
@@ -196,7 +196,7 @@ void HttpServer::Enter(void** guest, int socket, const std::string& peer) {
 
 void HttpServer::Recognize(void* guest, const std::string& token) {
   if (guest == nullptr) return;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const uint64_t place = *static_cast<uint64_t*>(guest);
   if (door_.Recognize(place, token, std::chrono::steady_clock::now())) strangers_.erase(place);
 }
@@ -205,7 +205,7 @@ void HttpServer::Leave(void** guest) {
   const std::unique_ptr<uint64_t> place(static_cast<uint64_t*>(*guest));
   *guest = nullptr;
   if (!place) return;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   strangers_.erase(*place);
   door_.Leave(*place, false, std::chrono::steady_clock::now());
 }

@@ -5,12 +5,12 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/callers/door.h"
 
@@ -68,13 +68,13 @@ class HttpServer {
 
   const UniqueFd socket_;
   HttpServerOptions options_;
-  std::mutex mutex_;
-  Door door_;
+  Mutex mutex_;
+  Door door_ ABSL_GUARDED_BY(mutex_);
   struct Stranger {
     int socket = -1;
     Door::Time came;
   };
-  std::map<uint64_t, Stranger> strangers_;  // by their places
+  std::map<uint64_t, Stranger> strangers_ ABSL_GUARDED_BY(mutex_);  // by their places
   const Answer answer_;
   std::unique_ptr<Running> running_;
 };

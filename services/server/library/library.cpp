@@ -136,7 +136,7 @@ absl::Status Library::ListKind(v1::ItemKind kind, Listing* listing) const {
 }
 
 absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Listing listing;
   for (const v1::ItemKind one : kItemKinds) {
     if (kind != v1::ITEM_KIND_UNSPECIFIED && kind != one) continue;
@@ -187,12 +187,12 @@ absl::StatusOr<v1::LibraryItem> Library::FindLocked(v1::ItemKind kind, const std
 }
 
 absl::StatusOr<v1::LibraryItem> Library::Find(v1::ItemKind kind, const std::string& reference) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return FindLocked(kind, reference);
 }
 
 absl::StatusOr<HeldItem> Library::Hold(v1::ItemKind kind, const std::string& reference) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   WEFT_ASSIGN_OR_RETURN(v1::LibraryItem item, FindLocked(kind, reference));
   const std::string content = ContentFolder(kind, item.id());
   WEFT_RETURN_IF_ERROR(CheckFilesThere(item, content));
@@ -234,12 +234,12 @@ absl::StatusOr<v1::LibraryItem> Library::AddNameLocked(v1::ItemKind kind, const 
 
 absl::StatusOr<v1::LibraryItem> Library::AddName(v1::ItemKind kind, const std::string& id,
                                                  const std::string& name) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return AddNameLocked(kind, id, name);
 }
 
 absl::StatusOr<v1::LibraryItem> Library::TakeIn(const v1::ItemUpload& upload, const std::string& folder) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const std::string id = ItemIdOf(upload.manifest());
   absl::StatusOr<v1::LibraryItem> known = AddNameLocked(upload.kind(), id, upload.name());
   if (known.ok()) return known;
@@ -278,7 +278,7 @@ absl::Status Library::RemoveItem(const v1::LibraryItem& item) {
 absl::StatusOr<Library::Deletion> Library::Delete(
     v1::ItemKind kind, const std::string& text,
     const std::function<absl::Status(const v1::LibraryItem&)>& check) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   absl::StatusOr<v1::LibraryItem> item = FindHeader(kind, text);
   const absl::StatusOr<ItemReference> reference = ParseItemReference(text);
   if (absl::IsDataLoss(item.status()) && reference.ok()) {  // damaged, and asked for by its id

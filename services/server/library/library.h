@@ -4,12 +4,12 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "weft/v1/library_item.pb.h"
 
 namespace weft {
@@ -61,18 +61,23 @@ class Library {
  private:
   explicit Library(std::string state_folder) : state_folder_(std::move(state_folder)) {}
   std::string ItemFolder(v1::ItemKind kind, const std::string& id) const;
-  absl::StatusOr<v1::LibraryItem> ReadItem(v1::ItemKind kind, const std::string& id) const;
-  absl::Status ListKind(v1::ItemKind kind, Listing* listing) const;
-  absl::StatusOr<v1::LibraryItem> FindHeader(v1::ItemKind kind, const std::string& reference) const;
-  absl::StatusOr<v1::LibraryItem> FindLocked(v1::ItemKind kind, const std::string& reference) const;
-  absl::StatusOr<v1::ItemName> NextName(v1::ItemKind kind, const std::string& name) const;
+  absl::StatusOr<v1::LibraryItem> ReadItem(v1::ItemKind kind, const std::string& id) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ListKind(v1::ItemKind kind, Listing* listing) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<v1::LibraryItem> FindHeader(v1::ItemKind kind, const std::string& reference) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<v1::LibraryItem> FindLocked(v1::ItemKind kind, const std::string& reference) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<v1::ItemName> NextName(v1::ItemKind kind, const std::string& name) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<v1::LibraryItem> AddNameLocked(v1::ItemKind kind, const std::string& id,
-                                                const std::string& name);
-  absl::Status RemoveItem(const v1::LibraryItem& item);
+                                                const std::string& name)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status RemoveItem(const v1::LibraryItem& item) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string state_folder_;
-  mutable std::mutex mutex_;
-  std::map<std::string, std::weak_ptr<const void>> holds_;  // by id
+  mutable Mutex mutex_;  // of the items' files, too
+  std::map<std::string, std::weak_ptr<const void>> holds_ ABSL_GUARDED_BY(mutex_);  // by id
 };
 
 // By kind, name, version and id; the names of items sort as their places do.

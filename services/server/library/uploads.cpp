@@ -15,6 +15,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -75,12 +76,12 @@ struct Uploads::Upload {
   v1::ItemUpload what;
   std::string folder;  // with upload.json and content/
   std::unordered_map<std::string, int64_t> sizes;
-  std::mutex mutex;  // of its files
+  Mutex mutex;  // of its files
   std::atomic<bool> finishing = false;
   // What has come, and when a piece last did: uploads that rest reserve no room.
   std::atomic<int64_t> received_bytes = 0;
   std::atomic<std::chrono::steady_clock::time_point> active_at = std::chrono::steady_clock::now();
-  bool finished = false;
+  bool finished = false;  // written with the lock of the list as well, and read with either
 };
 
 Uploads::Uploads(Library& library, std::string state_folder, ItemCheck check)
@@ -98,7 +99,7 @@ std::string Uploads::FolderOf(const std::string& upload_id) const {
 }
 
 void Uploads::RemoveRemains() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::error_code error;
   std::vector<fs::path> remains;
   for (fs::directory_iterator entry(FolderOf(""), error), end; !error && entry != end;
@@ -124,7 +125,7 @@ std::vector<Uploads::Unfinished> Uploads::ListUnfinished() const {
 }
 
 absl::Status Uploads::Abandon(const std::string& upload_id, int64_t last_piece_unix_ns) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto known = uploads_.find(upload_id);
   if (known != uploads_.end() && known->second.use_count() > 1)
     return absl::FailedPreconditionError("pieces of it come");
@@ -160,7 +161,7 @@ absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string
 
 absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::FindAnybodys(const std::string& upload_id) {
   if (!IsSha256(upload_id)) return absl::InvalidArgumentError("upload_id: must be one of BeginUpload");
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (const auto known = uploads_.find(upload_id); known != uploads_.end()) return known->second;
   v1::ItemUpload what;
   absl::Status status = ReadJsonFile(FolderOf(upload_id) + "/upload.json", what);
@@ -189,7 +190,7 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
     if (!status.ok()) return status;
   }
   RemoveRemains();
-  const std::lock_guard lock(mutex_);  // nothing is finished or removed meanwhile
+  const MutexLock lock(mutex_);  // nothing is finished or removed meanwhile
   v1::BeginUploadResponse response;
   const absl::StatusOr<v1::LibraryItem> known =
       library_.AddName(request.kind(), ItemIdOf(request.manifest()), request.name());
@@ -260,7 +261,7 @@ absl::Status Uploads::CheckFiles(Upload& upload) {
 absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, const Caller& caller) {
   WEFT_ASSIGN_OR_RETURN(const std::shared_ptr<Upload> found, Find(upload_id, caller));
   Upload& upload = *found;
-  const std::lock_guard lock(upload.mutex);
+  const MutexLock lock(upload.mutex);
   if (upload.finished) return library_.Find(upload.what.kind(), "sha256:" + ItemIdOf(upload.what.manifest()));
   upload.finishing = true;
   absl::Status status = CheckFiles(upload);
@@ -268,7 +269,7 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, co
     const TurnGate::Pass pass = checking_.Enter(caller.name);
     status = check_(upload.what.kind(), upload.what.manifest(), upload.folder + "/content");
   }
-  const std::lock_guard list_lock(mutex_);
+  const MutexLock list_lock(mutex_);
   absl::StatusOr<v1::LibraryItem> item =
       status.ok() ? library_.TakeIn(upload.what, upload.folder) : absl::StatusOr<v1::LibraryItem>(status);
   upload.finishing = false;
@@ -311,7 +312,7 @@ absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
     return absl::InvalidArgumentError(absl::StrCat("data: at most ", kMaxPieceBytes, " bytes in a piece"));
   }
   if (upload_->finishing) return absl::AbortedError("the upload is being finished");
-  const std::lock_guard lock(upload_->mutex);
+  const MutexLock lock(upload_->mutex);
   if (upload_->finished) return absl::AbortedError("the upload is finished");
   if (!piece.path().empty() && piece.path() != path_) {
     WEFT_RETURN_IF_ERROR(Sync().status());

@@ -6,12 +6,12 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/callers/caller.h"
 #include "services/server/callers/turn_gate.h"
@@ -56,10 +56,11 @@ class Uploads {
   // PermissionDenied: it is somebody else's.
   absl::StatusOr<std::shared_ptr<Upload>> Find(const std::string& upload_id, const Caller& caller);
   absl::StatusOr<std::shared_ptr<Upload>> FindAnybodys(const std::string& upload_id);
-  // With the lock.
-  std::shared_ptr<Upload> Know(const std::string& upload_id, v1::ItemUpload what);
+  std::shared_ptr<Upload> Know(const std::string& upload_id, v1::ItemUpload what)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // ResourceExhausted: the caller has too many, or too much to come.
-  absl::Status CheckShare(const std::string& upload_id, int64_t bytes, const Caller& caller) const;
+  absl::Status CheckShare(const std::string& upload_id, int64_t bytes, const Caller& caller) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   struct Room {
     int64_t free_bytes = 0, spare_bytes = 0;
   };
@@ -67,7 +68,7 @@ class Uploads {
   // ResourceExhausted: the disk has no room for so many more bytes.
   absl::Status CheckRoom(const char* field, int64_t more_bytes) const;
   // What the uploads that go on have still to come.
-  int64_t BytesToCome(const std::string& but_of) const;
+  int64_t BytesToCome(const std::string& but_of) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckFiles(Upload& upload);
 
   Library& library_;
@@ -75,13 +76,13 @@ class Uploads {
   const ItemCheck check_;
   TurnGate checking_{3, 1};  // content may take long to read
   std::atomic<uint64_t> least_free_bytes_ = 0;
-  std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<Upload>> uploads_;
+  Mutex mutex_;
+  std::map<std::string, std::shared_ptr<Upload>> uploads_ ABSL_GUARDED_BY(mutex_);
   struct Begun {
     std::string caller;
     int64_t bytes = 0;  // of the manifest
   };
-  std::map<std::string, Begun> begun_;  // and not finished, by id
+  std::map<std::string, Begun> begun_ ABSL_GUARDED_BY(mutex_);  // and not finished, by id
 };
 
 // Pieces of one call. Thread safety: none.

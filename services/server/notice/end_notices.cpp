@@ -84,7 +84,7 @@ absl::Status EndNotices::ReadBeginning(const std::string& path) {
 }
 
 NoticeOptions EndNotices::Options() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return options_;
 }
 
@@ -108,7 +108,7 @@ absl::Status EndNotices::GiveUp(const std::string& name) {
 }
 
 void EndNotices::SetOptions(NoticeOptions options) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   options_ = std::move(options);
 }
 

@@ -3,12 +3,12 @@
 
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/notice/notice_request.h"
 #include "services/server/notice/outbox.h"
 #include "weft/v1/notice.pb.h"
@@ -51,8 +51,8 @@ class EndNotices {
   absl::Status ReadBeginning(const std::string& path);
   absl::Status Tell(v1::EndNotice notice, const std::string& kind, const std::string& id);
 
-  std::mutex mutex_;
-  NoticeOptions options_;
+  Mutex mutex_;
+  NoticeOptions options_ ABSL_GUARDED_BY(mutex_);
   int64_t begun_unix_ns_ = 0;
   std::unique_ptr<Outbox> programs_, requests_;
 };

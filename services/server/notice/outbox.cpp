@@ -44,6 +44,7 @@ Outbox::~Outbox() {
 }
 
 void Outbox::Load() {
+  const MutexLock lock(mutex_);
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(options_.folder, error)) {
     if (entry.path().extension() != kNoticeEnding) {
@@ -61,18 +62,18 @@ void Outbox::Load() {
 absl::Status Outbox::Put(const std::string& name, const std::string& body) {
   const std::string file = absl::StrCat(name, kNoticeEnding);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (waiting_.contains(file)) return absl::OkStatus();
   }
   WEFT_RETURN_IF_ERROR(WriteFileAtomically(PathOf(file), body, 0600));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   waiting_.try_emplace(file, Notice{Clock::now(), HostTime_ns()});
   changed_.notify_all();
   return absl::OkStatus();
 }
 
 void Outbox::Work(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!stop.stop_requested()) {
     auto next = waiting_.end();
     for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
@@ -81,7 +82,8 @@ void Outbox::Work(const std::stop_token& stop) {
     if (next == waiting_.end() || next->second.next > Clock::now()) {
       const auto until = next == waiting_.end() ? Clock::now() + std::chrono::hours(1) : next->second.next;
       const size_t known = waiting_.size();
-      changed_.wait_until(lock, stop, until, [&] { return waiting_.size() > known; });
+      changed_.wait_until(lock, stop, until,
+                          [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return waiting_.size() > known; });
       continue;
     }
     next->second.busy = true;
@@ -94,14 +96,14 @@ void Outbox::Work(const std::stop_token& stop) {
 }
 
 std::vector<Outbox::Waits> Outbox::Waiting() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<Waits> waits;
   for (const auto& [name, notice] : waiting_) waits.push_back({name, notice.since_unix_ns});
   return waits;
 }
 
 absl::Status Outbox::GiveUp(const std::string& name) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = waiting_.find(name);
   if (found == waiting_.end() || found->second.busy)
     return absl::FailedPreconditionError("it was delivered, or is being delivered");

@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -15,6 +14,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 
 namespace weft {
 
@@ -60,14 +60,14 @@ class Outbox {
   Outbox(OutboxOptions options, Deliver deliver);
   void Load();
   void Work(const std::stop_token& stop);
-  void Conclude(const std::string& name, const absl::Status& status);
+  void Conclude(const std::string& name, const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::string PathOf(const std::string& name) const { return options_.folder + "/" + name; }
 
   const OutboxOptions options_;
   const Deliver deliver_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  std::map<std::string, Notice> waiting_;  // by name
+  std::map<std::string, Notice> waiting_ ABSL_GUARDED_BY(mutex_);  // by name
   std::vector<std::jthread> workers_;
 };
 
