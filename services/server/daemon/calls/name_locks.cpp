@@ -4,14 +4,14 @@ namespace weft {
 
 std::shared_ptr<const void> NameLocks::Lock(const std::string& name) {
   if (name.empty()) return nullptr;
-  std::unique_lock lock(mutex_);
-  unlocked_.wait(lock, [&] { return !locked_.contains(name); });
+  MutexLock lock(mutex_);
+  unlocked_.wait(lock, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !locked_.contains(name); });
   locked_.insert(name);
   return {this, [this, name](const void*) { Unlock(name); }};
 }
 
 void NameLocks::Unlock(const std::string& name) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   locked_.erase(name);
   unlocked_.notify_all();
 }

@@ -3,9 +3,10 @@
 
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
+
+#include "base/mutex.h"
 
 namespace weft {
 
@@ -19,9 +20,9 @@ class NameLocks {
  private:
   void Unlock(const std::string& name);
 
-  std::mutex mutex_;
-  std::condition_variable unlocked_;
-  std::set<std::string> locked_;
+  Mutex mutex_;
+  std::condition_variable_any unlocked_;
+  std::set<std::string> locked_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

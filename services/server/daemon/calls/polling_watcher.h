@@ -7,10 +7,10 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/daemon/calls/stall_watch.h"
 #include "services/server/rpc/grpc_status.h"
 
@@ -31,8 +31,8 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
 
   void Look() {
     // Called by the alarm, too, of which gRPC does not know when it deletes this: the lock must outlive it.
-    const std::shared_ptr<std::mutex> mutex = mutex_;
-    const std::lock_guard lock(*mutex);
+    const std::shared_ptr<Mutex> outlives = mutex_;
+    const MutexLock lock(*mutex_);
     waiting_ = false;
     if (cancelled_) return End(grpc::Status::CANCELLED);
     absl::StatusOr<Message> now = get_();
@@ -45,7 +45,7 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
   }
 
   void OnWriteDone(bool ok) override {
-    const std::lock_guard lock(*mutex_);
+    const MutexLock lock(*mutex_);
     writing_ = false;
     stalls_.Rest();
     if (!ok || cancelled_) return End(stalls_.StatusOfFailure());
@@ -54,20 +54,19 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
   }
 
   void OnCancel() override {
-    const std::lock_guard lock(*mutex_);
+    const MutexLock lock(*mutex_);
     cancelled_ = true;
     if (waiting_) alarm_->Cancel();
   }
 
   void OnDone() override {
     // Whoever ended the stream lets go of the lock first.
-    { const std::lock_guard lock(*mutex_); }
+    { const MutexLock lock(*mutex_); }
     delete this;
   }
 
  private:
-  // The functions below need the lock.
-  void Wait() {
+  void Wait() ABSL_EXCLUSIVE_LOCKS_REQUIRED(*mutex_) {
     constexpr std::chrono::milliseconds kPeriod{250};
     waiting_ = true;
     // Another one each time: this may be the call of the last one.
@@ -75,17 +74,20 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
     alarm_->Set(std::chrono::system_clock::now() + kPeriod, [this](bool) { Look(); });
   }
 
-  void End(const grpc::Status& status) {
+  void End(const grpc::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(*mutex_) {
     if (!std::exchange(finished_, true)) this->Finish(status);
   }
 
   const std::function<absl::StatusOr<Message>()> get_;
   const std::function<bool(const Message&)> has_ended_;
   StallWatch stalls_;
-  const std::shared_ptr<std::mutex> mutex_ = std::make_shared<std::mutex>();
-  std::unique_ptr<grpc::Alarm> alarm_;
-  Message written_;
-  bool writing_ = false, waiting_ = false, cancelled_ = false, finished_ = false;
+  const std::shared_ptr<Mutex> mutex_ = std::make_shared<Mutex>();
+  std::unique_ptr<grpc::Alarm> alarm_ ABSL_GUARDED_BY(*mutex_);
+  Message written_ ABSL_GUARDED_BY(*mutex_);
+  bool writing_ ABSL_GUARDED_BY(*mutex_) = false;
+  bool waiting_ ABSL_GUARDED_BY(*mutex_) = false;
+  bool cancelled_ ABSL_GUARDED_BY(*mutex_) = false;
+  bool finished_ ABSL_GUARDED_BY(*mutex_) = false;
 };
 
 }  // namespace weft

@@ -29,7 +29,6 @@ class StallWatch {
 
  private:
   struct State;
-  static void Wait(const std::shared_ptr<State>& state);
 
   const std::shared_ptr<State> state_;
 };

@@ -36,18 +36,18 @@ std::string AccountOf(const std::string& caller, const std::string& peer) {
 }
 
 void CallCheck::SetPeer(const Peer& peer) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   peer_ = peer;
   trusted_user_ = trust_ == Trust::kUsers ? TrustedUserOf(peer) : "";
 }
 
 int CallCheck::connections() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return connections_;
 }
 
 std::string CallCheck::TakeNote(grpc::AuthContext* context) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::string peer = PeerNameOf(*context);
   if (!peer.empty()) return peer;
   NotePeer(peer_.name, trusted_user_, context);

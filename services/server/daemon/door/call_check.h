@@ -5,8 +5,8 @@
 
 #include <atomic>
 #include <cstdint>
-#include <mutex>
 
+#include "base/mutex.h"
 #include "services/server/access/access_control.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/access/call_limits.h"
@@ -59,10 +59,10 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
   const CallerSources sources_;
   const Trust trust_;
   std::atomic<int64_t> refused_ = 0;
-  std::mutex mutex_;
-  Peer peer_;
-  std::string trusted_user_;
-  int connections_ = 0;
+  Mutex mutex_;
+  Peer peer_ ABSL_GUARDED_BY(mutex_);
+  std::string trusted_user_ ABSL_GUARDED_BY(mutex_);
+  int connections_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // What limits count callers by: their names, or their peer while nobody is recognized.

@@ -20,7 +20,7 @@ void ConnectionHandover::Begin() {
 }
 
 void ConnectionHandover::HandOver(Acceptor& acceptor, int listener_fd, UniqueFd connection) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   waiting_.push_back({&acceptor, listener_fd, std::move(connection)});
   changed_.notify_one();
 }
@@ -28,14 +28,16 @@ void ConnectionHandover::HandOver(Acceptor& acceptor, int listener_fd, UniqueFd 
 void ConnectionHandover::Stop() {
   for (std::jthread& thread : threads_) thread.request_stop();
   threads_.clear();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   waiting_.clear();
 }
 
 void ConnectionHandover::Run(const std::stop_token& stop) {
   YieldToOthers(kNicenessOfNewConnections);
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) && !stop.stop_requested()) {
+  MutexLock lock(mutex_);
+  while (changed_.wait(lock, stop, [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return !waiting_.empty();
+  }) && !stop.stop_requested()) {
     Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();

@@ -5,10 +5,10 @@
 
 #include <condition_variable>
 #include <deque>
-#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "base/mutex.h"
 #include "services/ground/process/unique_fd.h"
 
 namespace weft {
@@ -41,9 +41,9 @@ class ConnectionHandover {
   };
   void Run(const std::stop_token& stop);
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  std::deque<Waiting> waiting_;
+  std::deque<Waiting> waiting_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::jthread> threads_;
 };
 

@@ -185,7 +185,7 @@ void Connections::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     poll(sockets.data(), sockets.size(), std::chrono::milliseconds(kCountEvery).count());
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (Clock::now() - counted_ >= kCountEvery) {
         CountOpen();
         ++counts;
@@ -203,11 +203,11 @@ void Connections::Run(const std::stop_token& stop) {
 }
 
 void Connections::Guard(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   Clock::time_point guarded = Clock::now();
   while (!stop.stop_requested()) {
     // Nobody to guard against: sleeps until somebody comes.
-    came_.wait(lock, stop, [this] { return !open_.empty(); });
+    came_.wait(lock, stop, [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return !open_.empty(); });
     lock.unlock();
     std::this_thread::sleep_for(kGuardEvery);
     lock.lock();
@@ -259,7 +259,7 @@ absl::StatusOr<UniqueFd> Connections::ConnectConsole(const std::string& browser)
 bool Connections::Admit(Listener& listener, UniqueFd connection, const Peer& peer) {
   struct stat file = {};
   if (fstat(connection.get(), &file) != 0) return false;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Slot& slot = SlotOf(listener, peer);
   if (!HasRoom(slot, peer) && Clock::now() - counted_ >= kCountAgain) CountOpen();
   if (std::string why = WhyRefused(slot, peer); !why.empty()) {
@@ -314,7 +314,7 @@ void Connections::CountOpen() {
   counted_ = Clock::now();
   if (!open_.empty()) {
     const std::set<ino_t> sockets = OpenSockets();
-    std::erase_if(open_, [&](const auto& connection) {
+    std::erase_if(open_, [&](const auto& connection) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
       if (sockets.contains(connection.first)) return false;
       guard_.Remove(connection.first);
       --connection.second->open;

@@ -9,13 +9,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/callers/peer_budget.h"
 #include "services/server/daemon/door/call_check.h"
 #include "services/server/daemon/door/connection_handover.h"
@@ -71,28 +71,29 @@ class Connections {
   void Accept(Listener& listener);
   // False: it was closed.
   bool Admit(Listener& listener, UniqueFd connection, const Peer& peer);
-  Slot& SlotOf(Listener& listener, const Peer& peer) const;
+  Slot& SlotOf(Listener& listener, const Peer& peer) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Empty: it may come.
-  std::string WhyRefused(const Slot& slot, const Peer& peer);
-  bool HasRoom(const Slot& slot, const Peer& peer) const;
-  // Notices connections that gRPC has closed. These need mutex_, as all that follow do.
-  void CountOpen();
-  void Tell(Slot& slot);
-  void EndNoisy(double passed_s);
+  std::string WhyRefused(const Slot& slot, const Peer& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool HasRoom(const Slot& slot, const Peer& peer) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Notices connections that gRPC has closed.
+  void CountOpen() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Tell(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void EndNoisy(double passed_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Those of a peer whose calls are refused again and again.
-  void EndRefused(Slot& slot, double passed_s);
-  void ReportViolation(const Slot& slot, const std::string& message, int offences);
+  void EndRefused(Slot& slot, double passed_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void ReportViolation(const Slot& slot, const std::string& message, int offences)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const ConnectionLimits limits_;
   AuditLog& audit_;
   ReceiveGuard& guard_;
-  std::mutex mutex_;  // of slots, and of what follows
-  std::vector<std::unique_ptr<Listener>> listeners_;
+  Mutex mutex_;                                       // of slots, too
+  std::vector<std::unique_ptr<Listener>> listeners_;  // as they were made, until Stop
   std::condition_variable_any came_;
-  std::map<ino_t, Slot*> open_;
+  std::map<ino_t, Slot*> open_ ABSL_GUARDED_BY(mutex_);
   std::atomic<int> open_now_ = 0;
-  PeerBudget budget_;
-  Clock::time_point counted_;
+  PeerBudget budget_ ABSL_GUARDED_BY(mutex_);
+  Clock::time_point counted_ ABSL_GUARDED_BY(mutex_);
   UniqueFd wake_;
   ConnectionHandover handover_;
   std::jthread accepting_, guarding_;

@@ -16,13 +16,13 @@
 #include <cstring>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
+#include "base/mutex.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/callers/network.h"
 
@@ -162,16 +162,16 @@ std::string NameOfUser(uid_t uid) {
     std::string name;
     Clock::time_point read;
   };
-  static std::mutex mutex;
-  static std::map<uid_t, Known> users;
+  static Mutex mutex;
+  static std::map<uid_t, Known> users ABSL_GUARDED_BY(mutex);
   const Clock::time_point now = Clock::now();
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     const auto known = users.find(uid);
     if (known != users.end() && now - known->second.read < kKept) return known->second.name;
   }
   std::string name = ReadNameOfUser(uid);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (users.size() >= kMostUsers) users.clear();
   users[uid] = {name, now};
   return name;

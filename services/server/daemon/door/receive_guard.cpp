@@ -57,7 +57,7 @@ std::optional<Traffic> TrafficOf(int socket) {
 void ReceiveGuard::Add(int socket, ino_t inode) {
   std::string peer = PeerText(socket);
   if (peer.empty()) return;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   by_peer_[peer] = inode;
   Watched& watched = connections_[inode];
   watched = {};
@@ -67,7 +67,7 @@ void ReceiveGuard::Add(int socket, ino_t inode) {
 }
 
 void ReceiveGuard::Remove(ino_t inode) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto known = connections_.find(inode);
   if (known == connections_.end()) return;
   const auto peer = by_peer_.find(known->second.peer);
@@ -82,7 +82,7 @@ ReceiveGuard::Watched* ReceiveGuard::Find(const std::string& peer) {
 
 void ReceiveGuard::HeardCall(const std::string& peer) {
   constexpr double kHeaders_bytes = 2048;  // a token, a key, and TLS around them
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Watched* const watched = Find(peer);
   if (watched == nullptr) return;
   watched->heard_bytes += kHeaders_bytes;
@@ -92,12 +92,12 @@ void ReceiveGuard::HeardCall(const std::string& peer) {
 
 void ReceiveGuard::HeardMessage(const std::string& peer, size_t bytes) {
   constexpr double kFrames = 1.05;  // of HTTP/2 and TLS around it
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (Watched* const watched = Find(peer)) watched->heard_bytes += kFrames * static_cast<double>(bytes);
 }
 
 void ReceiveGuard::Drained(const std::string& peer) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   Watched* const watched = Find(peer);
   // Another connection may have taken the name.
   if (watched != nullptr && watched->awaiting > 0) --watched->awaiting;
@@ -135,7 +135,7 @@ double ReceiveGuard::Excess_bytes(Watched& watched, Clock::time_point now) {
 }
 
 std::vector<ReceiveGuard::Ended> ReceiveGuard::Check() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const Clock::time_point now = Clock::now();
   std::vector<Ended> ended;
   for (auto& [inode, watched] : connections_) {
@@ -156,7 +156,7 @@ std::vector<ReceiveGuard::Ended> ReceiveGuard::Check() {
 }
 
 void ReceiveGuard::End(ino_t inode) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto known = connections_.find(inode);
   if (known != connections_.end() && !known->second.ended) ShutDown(inode, known->second);
 }

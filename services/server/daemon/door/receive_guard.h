@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cstddef>
 #include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
+#include "base/mutex.h"
 #include "services/server/rpc/message_limit.h"
 
 namespace weft {
@@ -74,15 +74,15 @@ class ReceiveGuard {
     int checks_to_skip = 0;
     bool ended = false;
   };
-  Watched* Find(const std::string& peer);
+  Watched* Find(const std::string& peer) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // What it owes beyond what it may; 0 or less in honest ones.
   static double Excess_bytes(Watched& watched, Clock::time_point now);
   static bool IsOpen(ino_t inode, const Watched& watched);
   static void ShutDown(ino_t inode, Watched& watched);
 
-  std::mutex mutex_;
-  std::map<ino_t, Watched> connections_;
-  std::map<std::string, ino_t> by_peer_;
+  Mutex mutex_;
+  std::map<ino_t, Watched> connections_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, ino_t> by_peer_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

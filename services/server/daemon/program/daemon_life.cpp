@@ -5,13 +5,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/ground/process/descriptor_limit.h"
@@ -77,21 +77,22 @@ class DaemonLife {
   }
 
   void AskForReload() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     wants_reload_ = true;
     changed_.notify_all();
   }
 
   void AskForStop() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     wants_stop_ = true;
     changed_.notify_all();
   }
 
   // True: to reload; false: to stop.
   bool WaitForWish(const std::stop_token& stop) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, stop, [this] { return wants_reload_ || wants_stop_; });
+    MutexLock lock(mutex_);
+    changed_.wait(lock, stop,
+                  [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return wants_reload_ || wants_stop_; });
     return std::exchange(wants_reload_, false) && !wants_stop_ && !stop.stop_requested();
   }
 
@@ -132,10 +133,10 @@ class DaemonLife {
   DaemonSetup setup_;
   const std::function<absl::StatusOr<DaemonSetup>()>& read_again_;
   std::unique_ptr<Daemon> daemon_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  bool wants_reload_ = false;
-  bool wants_stop_ = false;
+  bool wants_reload_ ABSL_GUARDED_BY(mutex_) = false;
+  bool wants_stop_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace

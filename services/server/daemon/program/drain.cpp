@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 
+#include "base/mutex.h"
 #include "services/server/rpc/error_detail.h"
 
 namespace weft {
@@ -29,7 +30,7 @@ absl::Status Drain::Admit() const {
 }
 
 v1::DrainProgress Drain::Begin(JobQueue& queue, const v1::DrainRequest& request) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   draining_ = true;
   const JobQueue::DrainState state = queue.Drain(request.finish_jobs());
   if (!watch_.joinable()) {
@@ -42,9 +43,9 @@ v1::DrainProgress Drain::Begin(JobQueue& queue, const v1::DrainRequest& request)
 
 void Drain::Watch(JobQueue& queue, const std::stop_token& stop) const {
   constexpr std::chrono::milliseconds kPeriod{200};
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (!stop.stop_requested() && !queue.CurrentDrain().is_drained)
     asked.wait_for(lock, stop, kPeriod, [] { return false; });
   if (stop.stop_requested()) return;
@@ -53,7 +54,7 @@ void Drain::Watch(JobQueue& queue, const std::stop_token& stop) const {
 }
 
 void Drain::Stop() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   watch_ = {};
 }
 

@@ -3,10 +3,10 @@
 
 #include <atomic>
 #include <functional>
-#include <mutex>
 #include <thread>
 
 #include "absl/status/status.h"
+#include "base/mutex.h"
 #include "services/server/daemon/work/job_queue.h"
 #include "weft/v1/server.pb.h"
 
@@ -30,8 +30,8 @@ class Drain {
 
   const std::function<void()> drained_;
   std::atomic<bool> draining_ = false;
-  std::mutex mutex_;
-  std::jthread watch_;
+  Mutex mutex_;
+  std::jthread watch_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

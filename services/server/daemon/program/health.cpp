@@ -4,9 +4,9 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <mutex>
 #include <utility>
 
+#include "base/mutex.h"
 #include "capture/file/plain_text.h"
 #include "services/server/rpc/service_files.h"
 
@@ -35,9 +35,9 @@ void HealthWatch::Say(bool serving) {
 }
 
 void HealthWatch::Watch(const std::stop_token& stop) {
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (!asked.wait_for(lock, stop, kLookEvery, [&] { return stop.stop_requested(); })) {
     if (stop.stop_requested()) return;
     const std::string trouble = trouble_();

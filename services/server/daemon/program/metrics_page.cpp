@@ -6,10 +6,10 @@
 #include <chrono>
 #include <climits>
 #include <condition_variable>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -82,9 +82,9 @@ HttpAnswer MetricsPage::Answer(const HttpRequest& request) {
 }
 
 void MetricsPage::FollowCertificate(const std::stop_token& stop) {
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   std::string stamp = StampOf(tls_);
   while (!asked.wait_for(lock, stop, kLookAtFilesEvery, [&] { return stop.stop_requested(); })) {
     if (stop.stop_requested()) return;

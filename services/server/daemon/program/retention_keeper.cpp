@@ -60,13 +60,13 @@ RetentionKeeper::RetentionKeeper(RetentionKeeperOptions options, AuditLog& audit
 RetentionKeeper::~RetentionKeeper() {
   worker_.request_stop();
   worker_.join();
-  const Lock lock(mutex_);
+  const MutexLock lock(mutex_);
   PassTime();
   Save();
 }
 
 void RetentionKeeper::SetRules(const RetentionRules& rules) {
-  const Lock lock(mutex_);
+  const MutexLock lock(mutex_);
   if (v1::RetentionRules now = weft::InMessage(rules);
       now.SerializeAsString() == weft::InMessage(policy_.rules()).SerializeAsString())
     return;
@@ -107,7 +107,7 @@ void RetentionKeeper::Work(const std::stop_token& stop) {
   constexpr std::chrono::seconds kSaveEvery{60};
   std::vector<Clock::time_point> next(options_.sources.size(), Clock::now());
   Clock::time_point save_at = Clock::now();
-  Lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!stop.stop_requested()) {
     PassTime();
     if (std::exchange(hurry_, false)) std::fill(next.begin(), next.end(), Clock::now());
@@ -125,7 +125,7 @@ void RetentionKeeper::Work(const std::stop_token& stop) {
       }
       wake = std::min(wake, next[i]);
     }
-    changed_.wait_until(lock, stop, wake, [this] { return hurry_; });
+    changed_.wait_until(lock, stop, wake, [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return hurry_; });
   }
 }
 
@@ -163,7 +163,7 @@ void RetentionKeeper::Look(const RetentionSource& source, const std::stop_token&
   const std::vector<Holding> holdings = source.list();
   RetentionPlan plan;
   {
-    const Lock lock(mutex_);
+    const MutexLock lock(mutex_);
     PassTime();
     plan = policy_.Due(source.kinds, holdings, FreeBytes());
   }
@@ -182,7 +182,7 @@ void RetentionKeeper::Look(const RetentionSource& source, const std::stop_token&
     }
     spdlog::info("{} {} {}: {}", HoldingWords(step.kind), EscapedText(step.id),
                  step.to_trash ? "goes to the trash" : "is removed", step.because);
-    const Lock lock(mutex_);
+    const MutexLock lock(mutex_);
     done_.push_front(InMessage(step));
     if (done_.size() > kMostDone) done_.pop_back();
   }
@@ -202,7 +202,7 @@ v1::RetentionRehearsal RetentionKeeper::Rehearse(const v1::RetentionRules& asked
   v1::RetentionRehearsal rehearsal;
   RetentionPlan plan;
   {
-    const Lock lock(mutex_);
+    const MutexLock lock(mutex_);
     PassTime();
     const RetentionRules rules = FromMessage(asked, policy_.rules());
     plan = policy_.Rehearse(rules, holdings, FreeBytes(), ahead_days * kDay_s);

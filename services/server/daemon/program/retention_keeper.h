@@ -6,13 +6,13 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/mutex.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/retention/retention_policy.h"
 
@@ -48,26 +48,26 @@ class RetentionKeeper {
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Lock = std::unique_lock<std::mutex>;
 
   void Work(const std::stop_token& stop);
-  void PassTime();  // with the lock
+  void PassTime() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Tell(const std::vector<std::string>& notes);
   void Look(const RetentionSource& source, const std::stop_token& stop);
   bool Record(const RetentionStep& step, const absl::Status& status);
-  void Save();
-  std::chrono::milliseconds PauseOf(const RetentionSource& source) const;
+  void Save() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::chrono::milliseconds PauseOf(const RetentionSource& source) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   uint64_t FreeBytes() const;
 
   const RetentionKeeperOptions options_;
   AuditLog& audit_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  RetentionPolicy policy_;
-  bool hurry_ = false;                  // the rules changed
-  std::deque<v1::RetentionStep> done_;  // newest first
-  std::set<std::string> told_;          // notes of the last looks, without their numbers
-  std::string save_trouble_;
+  RetentionPolicy policy_ ABSL_GUARDED_BY(mutex_);
+  bool hurry_ ABSL_GUARDED_BY(mutex_) = false;                  // the rules changed
+  std::deque<v1::RetentionStep> done_ ABSL_GUARDED_BY(mutex_);  // newest first
+  std::string save_trouble_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::string> told_;  // notes of the worker's last looks, without their numbers
   std::jthread worker_;
 };
 

@@ -7,10 +7,10 @@
 
 #include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/match.h"
+#include "base/mutex.h"
 #include "capture/file/plain_text.h"
 #include "services/server/daemon/door/listen_address.h"
 #include "services/server/rpc/grpc_status.h"
@@ -61,9 +61,9 @@ Watchdog::Watchdog(std::string address, std::chrono::milliseconds period,
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 void Watchdog::Run(const std::stop_token& stop) const {
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   bool was_answered = true;
   while (!stop.stop_requested()) {
     const auto next = std::chrono::steady_clock::now() + period_;

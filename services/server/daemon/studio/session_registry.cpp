@@ -105,7 +105,7 @@ absl::StatusOr<std::unique_ptr<SessionRegistry>> SessionRegistry::Create(
 }
 
 void SessionRegistry::Load() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::error_code error;
   for (const auto& file : std::filesystem::directory_iterator(folder_, error)) {
     if (file.path().extension() != ".json") continue;
@@ -185,7 +185,7 @@ std::vector<SessionRegistry::Entry*> SessionRegistry::OthersWith(const v1::Sessi
 absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRequest& request,
                                                          const Caller& caller) {
   WEFT_RETURN_IF_ERROR(CheckOpenRequest(request));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
@@ -244,7 +244,7 @@ absl::StatusOr<SessionRegistry::Entry*> SessionRegistry::FindByLease(const std::
 }
 
 absl::StatusOr<v1::CaptureSession> SessionRegistry::Renew(const std::string& lease) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
   v1::CaptureSession& session = entry->session;
@@ -259,7 +259,7 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Renew(const std::string& lea
 }
 
 absl::StatusOr<v1::CaptureSession> SessionRegistry::Close(const std::string& lease) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   WEFT_ASSIGN_OR_RETURN(Entry* const entry, FindByLease(lease));
   if (IsOpen(entry->session)) {
@@ -269,7 +269,7 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Close(const std::string& lea
 }
 
 absl::StatusOr<v1::CaptureSession> SessionRegistry::Get(const std::string& id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   const auto found = entries_.find(id);
   if (found != entries_.end()) return Shown(found->second);
@@ -280,7 +280,7 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Get(const std::string& id) {
 
 absl::StatusOr<v1::ListSessionsResponse> SessionRegistry::List(size_t limit, const std::string& page_token) {
   WEFT_RETURN_IF_ERROR(CheckPageToken(page_token));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   v1::ListSessionsResponse response;
   if (page_token.empty()) response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
@@ -301,7 +301,7 @@ absl::StatusOr<v1::ListSessionsResponse> SessionRegistry::List(size_t limit, con
 
 absl::Status SessionRegistry::CheckCamerasAreFree(const std::string& field, const v1::Session& cameras,
                                                   const std::string& id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   return CheckCamerasAreFreeLocked(field, cameras, id);
 }
@@ -323,7 +323,7 @@ absl::Status SessionRegistry::CheckCamerasAreFreeLocked(const std::string& field
 }
 
 std::map<std::string, std::string> SessionRegistry::UsersOfDevices() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   EndExpired();
   std::map<std::string, std::string> users;
   for (const auto& [id, entry] : entries_) {

@@ -5,12 +5,12 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/callers/caller.h"
 #include "weft/v1/sessions.pb.h"
 
@@ -54,22 +54,23 @@ class SessionRegistry {
   void Load();
   std::string FileOf(const std::string& id) const { return folder_ + "/" + id + ".json"; }
 
-  // The functions below need the lock.
-  void EndExpired();
+  void EndExpired() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckCamerasAreFreeLocked(const std::string& field, const v1::Session& cameras,
-                                         const std::string& id);
-  absl::Status Write(const v1::CaptureSession& session) const;
+                                         const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Write(const v1::CaptureSession& session) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Ends it on the disk first.
-  absl::Status End(Entry& entry, v1::CaptureSessionState state, const std::string& by);
-  std::vector<Entry*> OthersWith(const v1::Session& cameras, const std::string& id);
-  absl::StatusOr<Entry*> FindByLease(const std::string& lease);
-  v1::CaptureSession Shown(const Entry& entry) const;
+  absl::Status End(Entry& entry, v1::CaptureSessionState state, const std::string& by)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::vector<Entry*> OthersWith(const v1::Session& cameras, const std::string& id)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<Entry*> FindByLease(const std::string& lease) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  v1::CaptureSession Shown(const Entry& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string folder_;
   const std::function<Clock::time_point()> now_;
-  std::mutex mutex_;
-  std::map<std::string, Entry> entries_;  // by id; ids begin with their time
-  std::vector<std::string> warnings_;
+  Mutex mutex_;
+  std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by id; ids begin with their time
+  std::vector<std::string> warnings_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -90,7 +90,7 @@ absl::StatusOr<v1::RecordedTake> TakeService::Get(const std::string& id) {
 
 absl::StatusOr<v1::RecordedTake> TakeService::GetRecent(const std::string& id) {
   static constexpr std::chrono::milliseconds kPeriod{200};
-  const std::lock_guard lock(looking_);
+  const MutexLock lock(looking_);
   const auto now = std::chrono::steady_clock::now();
   std::erase_if(looks_, [now](const auto& look) { return now - look.second.at >= kPeriod; });
   if (const auto known = looks_.find(id); known != looks_.end()) return known->second.take;

@@ -3,9 +3,9 @@
 
 #include <chrono>
 #include <map>
-#include <mutex>
 #include <string>
 
+#include "base/mutex.h"
 #include "services/server/daemon/door/call_identity.h"
 #include "services/server/daemon/studio/session_registry.h"
 #include "services/server/daemon/studio/take_store.h"
@@ -52,8 +52,8 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
     std::chrono::steady_clock::time_point at;
     absl::StatusOr<v1::RecordedTake> take;
   };
-  std::mutex looking_;
-  std::map<std::string, Look> looks_;  // by take
+  Mutex looking_;
+  std::map<std::string, Look> looks_ ABSL_GUARDED_BY(looking_);  // by take
 
   TakeStore& takes_;
   SessionRegistry& sessions_;

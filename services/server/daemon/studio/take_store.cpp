@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
@@ -93,14 +94,14 @@ void TakeStore::Stop() {
 
 void TakeStore::WorkInBackground(const std::stop_token& stop) {
   {
-    const std::lock_guard lock(starting_);
+    const MutexLock lock(starting_);
     RemoveOldLooks(options_.looks_folder);
   }
   constexpr std::chrono::seconds kPeriod{1};
   std::set<std::string> known;
-  std::mutex mutex;
+  Mutex mutex;
   std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
+  MutexLock lock(mutex);
   while (!stop.stop_requested()) {
     CloseDead(known);
     asked.wait_for(lock, stop, kPeriod, [] { return false; });
@@ -185,7 +186,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& as
   v1::StartTakeRequest request = asked;
   WEFT_RETURN_IF_ERROR(
       ResolveReplays("recording.session.cameras", *request.mutable_recording()->mutable_session()));
-  const std::lock_guard lock(starting_);
+  const MutexLock lock(starting_);
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
   const std::string folder = FolderOf(id);
@@ -207,7 +208,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& as
   WEFT_RETURN_IF_ERROR(CheckCamerasAreFree("recording.session.cameras", request.recording().session()));
   {
     // A recorder that does not live yet is no dead one.
-    const std::lock_guard unchanged(changing_);
+    const MutexLock unchanged(changing_);
     WEFT_RETURN_IF_ERROR(CreateFolders(folder));
     if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
         !status.ok()) {
@@ -224,7 +225,7 @@ absl::Status TakeStore::FilmBriefly(const v1::Session& asked,
                                     const std::function<void(const std::string& take)>& use) {
   v1::Session session = asked;
   WEFT_RETURN_IF_ERROR(ResolveReplays("cameras.cameras", session));
-  const std::lock_guard lock(starting_);
+  const MutexLock lock(starting_);
   WEFT_RETURN_IF_ERROR(CheckCamerasAreFree("cameras.cameras", session));
   const std::string folder = absl::StrCat(options_.looks_folder, "/", NewTimedId());
   WEFT_RETURN_IF_ERROR(CreateFolders(folder));
@@ -243,7 +244,7 @@ absl::Status TakeStore::FilmBriefly(const v1::Session& asked,
 }
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Get(const std::string& id) {
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   return GetLocked(id);
 }
 

@@ -3,13 +3,13 @@
 
 #include <functional>
 #include <map>
-#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/retention/retention_plan.h"
 #include "weft/v1/session.pb.h"
 #include "weft/v1/takes.pb.h"
@@ -81,14 +81,15 @@ class TakeStore {
   // The folders of the takes that living recorders replay.
   std::set<std::string> ReplayedTakes() const;
   absl::Status ResolveReplays(const std::string& field, v1::Session& session) const;
-  absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
+  // Errors of Get.
+  absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(changing_);
   void WorkInBackground(const std::stop_token& stop);
   void CloseDead(std::set<std::string>& known);
   absl::Status TellEnd(const v1::RecordedTake& take) const;
 
   const TakeStoreOptions options_;
-  std::mutex starting_;  // one request at a time looks which cameras are free
-  std::mutex changing_;  // one take at a time is closed, moved or marked
+  Mutex starting_;  // one request at a time looks which cameras are free
+  Mutex changing_;  // one take at a time is closed, moved or marked
   std::jthread background_;
 };
 

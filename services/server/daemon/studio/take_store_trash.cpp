@@ -52,7 +52,7 @@ absl::Status InUse(const std::string& id, const std::string& why, const std::str
 absl::Status TakeStore::Adopt(const std::string& take_folder, const std::string& id,
                               const std::string& origin) {
   WEFT_RETURN_IF_ERROR(CheckTakeId(id));
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   if (TakeExists(FolderOf(id)) || TakeExists(TrashOf(id))) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(const v1::Take take, ReadTakeFile(take_folder));
   // Beside its folder, so that the last step is one rename.
@@ -76,7 +76,7 @@ absl::Status TakeStore::Adopt(const std::string& take_folder, const std::string&
 }
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Pin(const std::string& id, bool pinned) {
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
   take->mutable_keeping()->set_pinned(pinned);
@@ -87,7 +87,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Pin(const std::string& id, bool pinn
 absl::StatusOr<v1::RecordedTake> TakeStore::Describe(const v1::DescribeTakeRequest& request) {
   WEFT_RETURN_IF_ERROR(CheckDescription(request));
   const std::string& id = request.take_id();
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
   v1::TakeKeeping& keeping = *take->mutable_keeping();
@@ -101,7 +101,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Describe(const v1::DescribeTakeReque
 }
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Delete(const std::string& id, const std::string& because) {
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
   if (take->recorder_lives()) return InUse(id, "is being recorded", "stop it first");
@@ -120,7 +120,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Delete(const std::string& id, const 
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Restore(const std::string& id) {
   WEFT_RETURN_IF_ERROR(CheckTakeId(id));
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   if (TakeExists(TrashOf(id))) {
     if (TakeExists(FolderOf(id))) return InUse(id, "is there, and another of its name in the trash", "");
     WEFT_RETURN_IF_ERROR(MoveFolder(TrashOf(id), FolderOf(id)));
@@ -140,7 +140,7 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeStore::EmptyTrash(const std::string& 
   } else if (absl::Status status = CheckTakeId(id); !status.ok()) {
     return status;
   }
-  const std::lock_guard lock(changing_);
+  const MutexLock lock(changing_);
   v1::EmptyTrashResponse response;
   for (const std::string& one : ids) {
     const std::string folder = TrashOf(one);
@@ -169,7 +169,7 @@ std::vector<Holding> TakeStore::Holdings() {
                         BytesBelow(FolderOf(take.id())), kept});
   }
   {
-    const std::lock_guard lock(changing_);
+    const MutexLock lock(changing_);
     RemoveRest(options_.trash_folder);
   }
   // Whatever lies in the trash, also what a removal by an earlier version left of a take.

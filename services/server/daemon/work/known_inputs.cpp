@@ -22,7 +22,7 @@ std::optional<LoadedInputs> KnownInputs::Find(const std::string& key) {
   LoadedInputs inputs;
   const auto is_it = [&key](const Entry& entry) { return entry.key == key; };
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
     if (found == entries_.end()) return std::nullopt;
     entries_.splice(entries_.begin(), entries_, found);
@@ -30,13 +30,13 @@ std::optional<LoadedInputs> KnownInputs::Find(const std::string& key) {
     inputs = found->inputs;
   }
   if (stamps->StillHold()) return inputs;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   entries_.remove_if([&](const Entry& entry) { return entry.stamps == stamps; });
   return std::nullopt;
 }
 
 void KnownInputs::Keep(Entry entry) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   entries_.remove_if([&entry](const Entry& older) { return older.key == entry.key; });
   entries_.push_front(std::move(entry));
   size_t count = 0;

@@ -5,13 +5,13 @@
 #include <functional>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/server/callers/turn_gate.h"
 #include "services/server/daemon/work/input_stamps.h"
 #include "services/work/kinds/work_kind.h"
@@ -43,8 +43,8 @@ class KnownInputs {
 
   const Clock now_s_;
   TurnGate loading_{4, 2};
-  std::mutex mutex_;
-  std::list<Entry> entries_;  // the one used last comes first
+  Mutex mutex_;
+  std::list<Entry> entries_ ABSL_GUARDED_BY(mutex_);  // the one used last comes first
 };
 
 }  // namespace weft

@@ -32,12 +32,12 @@ absl::Status LibraryService::Receive(
     const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive) {
   const Caller caller = caller_(*context);
   {
-    const std::lock_guard lock(counting_);
+    const MutexLock lock(counting_);
     WEFT_RETURN_IF_ERROR(upload_calls_.Check(caller));
     upload_calls_.Take(caller.name);
   }
   const absl::Cleanup release = [this, &caller] {
-    const std::lock_guard lock(counting_);
+    const MutexLock lock(counting_);
     upload_calls_.Give(caller.name);
   };
   std::optional<StallWatch> stalls(context);

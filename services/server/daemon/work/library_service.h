@@ -3,10 +3,10 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "base/mutex.h"
 #include "services/server/callers/fair_share.h"
 #include "services/server/daemon/calls/file_stream.h"
 #include "services/server/daemon/door/call_identity.h"
@@ -63,8 +63,8 @@ class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1
   Library& library_;
   Uploads uploads_;
   const FindCaller caller_;
-  std::mutex counting_;
-  FairShare upload_calls_{kUploadCalls, "uploads open"};
+  Mutex counting_;
+  FairShare upload_calls_ ABSL_GUARDED_BY(counting_){kUploadCalls, "uploads open"};
 };
 
 }  // namespace weft

@@ -1,9 +1,9 @@
 #include "services/server/daemon/work/watch_reactor.h"
 
 #include <memory>
-#include <mutex>
 #include <utility>
 
+#include "base/mutex.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/server/rpc/grpc_status.h"
 
@@ -14,8 +14,8 @@ class WatchReactor;
 
 // What the queue calls. Outlives the reactor when a call is under way while the stream ends.
 struct Bell {
-  std::mutex mutex;
-  WatchReactor* reactor = nullptr;
+  Mutex mutex;
+  WatchReactor* reactor ABSL_GUARDED_BY(mutex) = nullptr;
 };
 
 // At most one write is under way; news that come meanwhile are gathered by the queue into the next one, so a
@@ -28,12 +28,12 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   }
 
   void Begin(const std::string& job_id) {
-    const std::lock_guard lock(bell_->mutex);
+    const MutexLock lock(bell_->mutex);
     absl::Status status = CheckJobId(job_id);
     if (status.ok()) {
       const auto watcher = queue_.Subscribe(job_id, [bell = bell_] {
-        const std::lock_guard ring(bell->mutex);
-        if (bell->reactor != nullptr) bell->reactor->WriteNews();
+        const MutexLock ring(bell->mutex);
+        if (bell->reactor != nullptr) bell->reactor->Rung();
       });
       status = watcher.status();
       if (watcher.ok()) watcher_ = *watcher;
@@ -44,7 +44,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   }
 
   void OnWriteDone(bool ok) override {
-    const std::lock_guard lock(bell_->mutex);
+    const MutexLock lock(bell_->mutex);
     writing_ = false;
     stalls_.Rest();
     if (finished_) return;
@@ -54,23 +54,30 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   }
 
   void OnCancel() override {
-    const std::lock_guard lock(bell_->mutex);
+    const MutexLock lock(bell_->mutex);
     cancelled_ = true;
     if (!writing_) End(grpc::Status::CANCELLED);  // otherwise the end of the write ends it
   }
 
   void OnDone() override {
+    int64_t watcher = 0;
     {
-      const std::lock_guard lock(bell_->mutex);
+      const MutexLock lock(bell_->mutex);
       bell_->reactor = nullptr;
+      watcher = watcher_;
     }
-    if (watcher_ != 0) queue_.Unsubscribe(watcher_);
+    if (watcher != 0) queue_.Unsubscribe(watcher);
     delete this;
   }
 
  private:
-  // The functions below need the lock.
-  void WriteNews() {
+  // By a bell that is held, which is this one's.
+  void Rung() {
+    bell_->mutex.AssertHeld();
+    WriteNews();
+  }
+
+  void WriteNews() ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
     if (writing_ || finished_) return;
     JobQueue::News news = queue_.PollUpdates(watcher_);
     if (news.stopping) {
@@ -84,7 +91,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
     StartWrite(&update_);
   }
 
-  void End(const grpc::Status& status) {
+  void End(const grpc::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
     if (std::exchange(finished_, true)) return;
     Finish(status);
   }
@@ -92,12 +99,12 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   JobQueue& queue_;
   StallWatch stalls_;
   const std::shared_ptr<Bell> bell_ = std::make_shared<Bell>();
-  int64_t watcher_ = 0;
-  v1::JobUpdate update_;
-  bool writing_ = false;
-  bool last_written_ = false;
-  bool cancelled_ = false;
-  bool finished_ = false;
+  int64_t watcher_ ABSL_GUARDED_BY(bell_->mutex) = 0;
+  v1::JobUpdate update_ ABSL_GUARDED_BY(bell_->mutex);
+  bool writing_ ABSL_GUARDED_BY(bell_->mutex) = false;
+  bool last_written_ ABSL_GUARDED_BY(bell_->mutex) = false;
+  bool cancelled_ ABSL_GUARDED_BY(bell_->mutex) = false;
+  bool finished_ ABSL_GUARDED_BY(bell_->mutex) = false;
 };
 
 }  // namespace
