@@ -12,6 +12,10 @@ if(WEFT_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # The private part of a class has fields of types of its own file; GCC warns of them in every file that is included.
   target_compile_options(weft_flags INTERFACE -Wno-subobject-linkage)
 endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  # What a mutex guards is used under it alone, as base/mutex.h says.
+  target_compile_options(weft_flags INTERFACE -Wthread-safety -Werror=thread-safety)
+endif()
 if(WEFT_SANITIZE)
   add_compile_options(-fsanitize=${WEFT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${WEFT_SANITIZE})
