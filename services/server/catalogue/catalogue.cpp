@@ -96,15 +96,6 @@ absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameIn
   return transaction.Commit();
 }
 
-absl::Status Catalogue::AddFrames(const std::string& job_id, size_t first,
-                                  const std::vector<v1::FrameInfo>& frames) {
-  if (absl::StatusOr<v1::Job> job = ReadJob(job_id); !job.ok()) return job.status();
-  Transaction transaction(*database_);
-  WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_RETURN_IF_ERROR(WriteFrames(job_id, first, frames));
-  return transaction.Commit();
-}
-
 absl::Status Catalogue::WriteFrames(const std::string& job_id, size_t first,
                                     const std::vector<v1::FrameInfo>& frames) {
   WEFT_ASSIGN_OR_RETURN(Statement replace, database_->Prepare(kReplaceFrame));
@@ -124,16 +115,15 @@ absl::Status Catalogue::WriteJob(const v1::Job& job) {
   return database_->ChangedRows() > 0 ? absl::OkStatus() : NoSuchJob(job.id());
 }
 
-absl::Status Catalogue::UpdateJob(const v1::Job& job) { return WriteJob(job); }
-
-absl::Status Catalogue::UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info) {
-  WEFT_ASSIGN_OR_RETURN(
-      Statement update,
-      database_->Prepare("UPDATE frames SET name = ?3, state = ?4, attempts = ?5, info = ?6, checksum = ?7 "
-                         "WHERE job_id = ?1 AND position = ?2"));
-  WEFT_RETURN_IF_ERROR(ReplaceRow(update, MakeRow(job_id, static_cast<int64_t>(position), info)));
-  if (database_->ChangedRows() > 0) return absl::OkStatus();
-  return absl::NotFoundError(absl::StrCat("no frame ", position, " in job \"", job_id, "\""));
+absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
+  Transaction transaction(*database_);
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
+  WEFT_RETURN_IF_ERROR(WriteJob(job));
+  WEFT_ASSIGN_OR_RETURN(Statement replace, database_->Prepare(kReplaceFrame));
+  for (const auto& [position, info] : frames) {
+    WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(job.id(), static_cast<int64_t>(position), info)));
+  }
+  return transaction.Commit();
 }
 
 absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,12 +34,8 @@ class Catalogue {
 
   // AlreadyExists: a job of this id.
   absl::Status AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
-  // NotFound: no such job.
-  absl::Status UpdateJob(const v1::Job& job);
-  // Frames by their position in AddJob. NotFound: no such frame.
-  absl::Status UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info);
-  // Further frames of the job, beginning at this position. NotFound: no such job.
-  absl::Status AddFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
+  // The job and some of its frames, by their position; further ones are added. NotFound: no such job.
+  absl::Status Update(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
   // The job and all its frames at once. NotFound: no such job.
   absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 

@@ -1,4 +1,4 @@
-// The daemon's jobs: cut into tasks, run by an executor, remembered in a catalogue.
+// The daemon's jobs: a table of them, run by an executor, written down by a store.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,6 @@
 #include <list>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,15 +16,18 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "capture/take/take_progress.h"
 #include "services/server/access/call_limits.h"
 #include "services/server/callers/turns.h"
 #include "services/server/catalogue/catalogue.h"
+#include "services/server/daemon/work/job_store.h"
+#include "services/server/daemon/work/job_table.h"
+#include "services/server/daemon/work/job_watchers.h"
 #include "services/server/daemon/work/published_jobs.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/work/executor/executor.h"
 #include "services/work/job/job_folder.h"
-#include "services/work/job/job_frames.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
@@ -53,11 +55,9 @@ struct JobQueueOptions {
   std::function<absl::Status(const v1::Job& job)> on_end = [](const v1::Job&) { return absl::OkStatus(); };
 };
 
-// Of the jobs of the highest class of priorities (owners.h), callers take turns (turns.h), each with its job
-// of the highest priority, and of those the oldest. Tasks that run are not interrupted. A frame whose worker
-// ends abnormally is tried again, kMaxAttempts times in all. The daemon's own end and full disks count
-// against no frame and no job: failed operations are repeated until they succeed. Thread safety: any thread
-// may call any function.
+// Schedules what JobTable decides: it starts tasks, reads and writes folders in the background, has states
+// written down (JobStore) and those who watch notified (JobWatchers). No file is read or written under its
+// lock. Thread safety: any thread may call any function.
 class JobQueue {
  public:
   // Takes up the catalogue's unfinished jobs where they stopped. Errors of the catalogue.
@@ -66,9 +66,8 @@ class JobQueue {
                                                           JobQueueOptions options);
   ~JobQueue();
 
-  // Queues a job whose id, spec and inputs are set. AlreadyExists: a job of this id. FailedPrecondition:
-  // another unfinished job writes to the same folder. ResourceExhausted: too many jobs wait, by the share of
-  // who submitted it, who has this role. Unavailable: the daemon is shutting down, or draining.
+  // Queues a job whose id, spec and inputs are set. AlreadyExists: a job of this id. Errors of
+  // JobTable::Reserve, by the role of who submitted it. Unavailable: the daemon is draining.
   absl::Status Submit(v1::Job job, const std::vector<std::string>& frames, v1::Role role);
 
   // NotFound: no such job.
@@ -102,12 +101,10 @@ class JobQueue {
   // may still come while Unsubscribe runs. NotFound: no such job. ResourceExhausted: too many watchers.
   absl::StatusOr<int64_t> Subscribe(const std::string& job_id, std::function<void()> changed);
   void Unsubscribe(int64_t watcher);
-  struct News {
-    std::optional<v1::JobUpdate> update;  // none: nothing new since the last call
-    bool ended = false;                   // the update is the last one
-    bool stopping = false;                // the daemon shuts down
+  struct Updates : JobWatchers::Updates {
+    bool stopping = false;  // the daemon shuts down
   };
-  News PollUpdates(int64_t watcher);
+  Updates PollUpdates(int64_t watcher);
 
   // The ended jobs. Finishes what a daemon that was killed was at.
   std::vector<Holding> EndedHoldings();
@@ -117,12 +114,7 @@ class JobQueue {
   // use, or was retried meanwhile.
   absl::Status ForgetEnded(const std::string& job_id, int64_t finished_unix_ns);
 
-  struct DrainState {
-    int tasks = 0;   // that workers have
-    int frames = 0;  // that workers are at
-    int jobs = 0;    // that have not ended
-    bool is_drained = false;
-  };
+  using DrainState = JobTable::DrainState;
   // Takes no new jobs, and has workers stop after the frame that they are at. `finish_jobs`: jobs go on until
   // all have ended. The last call counts.
   DrainState Drain(bool finish_jobs);
@@ -132,113 +124,74 @@ class JobQueue {
   void Stop();
 
  private:
-  struct LiveJob;
-  struct RunningTask;
-  struct Watcher;
-  using Lock = std::unique_lock<std::mutex>;
-  using Time = std::chrono::steady_clock::time_point;
-  // Files to read or write, by the threads of background_: for one job one after the other.
+  using Lock = MutexLock<Mutex>;
+  using FilesWork = JobEffects::Files;
+  // Folders take a moment and have a thread of their own; whole results may take minutes.
+  enum class Lane { kFolders, kResults };
+  // For one job one after the other.
   struct Deferred {
-    std::shared_ptr<LiveJob> job;
+    JobRef job;
+    Lane lane;
     std::function<void()> work;
+  };
+  // Of the background, one work of a job at a time.
+  struct JobFiles {
+    explicit JobFiles(const v1::Job& job);
+    JobFolder folder;                    // its lock is held from the job's first task to its end
+    std::unique_ptr<TakeFollower> take;  // as long as the job follows it
   };
 
   JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor, JobQueueOptions options);
   absl::Status Resume();
-  void ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos);
-
-  // The functions below take the lock, and tell the watchers when they have let go of it.
-  void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
-  void OnTaskEnded(const std::string& task_id, const TaskEnd& end);
-  void OnTaskWaits(const std::string& task_id, const std::string& why);
-  void OnTaskNoted(const std::string& task_id, const std::string& note);
-  void LookAtTake(const std::shared_ptr<LiveJob>& job);
-  void CheckResults(const std::shared_ptr<LiveJob>& job);
-  void WriteResults(const std::shared_ptr<LiveJob>& job);
-  void UnlockAndTell(Lock& lock);
-  void WorkInBackground(bool is_first);  // the loop of each of background_
-
-  // The functions below need the lock.
-  absl::Status CheckRoom(const v1::Job& job, v1::Role role) const;  // errors of Submit
-  void Enqueue(const std::shared_ptr<LiveJob>& job);
-  std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
-  // Tasks (job_queue_tasks.cpp).
-  void Schedule();
-  bool MayBeginTask(const LiveJob& job) const;
-  std::shared_ptr<LiveJob> NextJob(const std::set<std::string>& passed_over);
-  bool StartTask(const std::shared_ptr<LiveJob>& job);
+  void ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::optional<TaskListener> TakeUpTask(const v1::Task& task) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   TaskListener ListenerOf(const std::string& task_id);
-  std::optional<TaskListener> TakeUpTask(const v1::Task& task);
-  bool HasTasks(const LiveJob& job) const;
-  bool BeginsTasks() const { return !stopping_ && (!draining_ || finishes_jobs_); }
-  int FramesRunning(const RunningTask& task) const;
-  DrainState DrainStateNow() const;
-  void OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event);
-  void ReturnFrames(RunningTask& task, const TaskEnd& end);
-  void BlameWorker(RunningTask& task, const std::string& reason);
-  void Quarantine(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
-  void WaitForRoom(LiveJob& job, const std::string& reason);
-  void Note(LiveJob& job, const std::string& text);
-  void Abort(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
-  // Takes that are being recorded (job_queue_live.cpp).
-  void FollowSoon(LiveJob& job);
-  void AddFrames(const std::shared_ptr<LiveJob>& job, const TakeProgress& progress);
-  void StopFollowingIfIdle(const std::shared_ptr<LiveJob>& job);
-  void NoteLatency(LiveJob& job, size_t position);
+
+  // Does what follows from the table's changes, and lets go of the lock. Those who watch are told of what is
+  // on the disk, so that a daemon that is killed remembers it; where a disk takes nothing they are told as
+  // well.
+  void Settle(Lock& lock) ABSL_UNLOCK_FUNCTION(lock);
+  // Without that: for the store's own thread.
+  void SettleAtOnce(Lock& lock) ABSL_UNLOCK_FUNCTION(lock);
+  void StartTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool DoEffects() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Publish(const JobRef& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void DeferReport(const JobEffects::Quarantined& frame) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Defer(const JobRef& job, FilesWork what) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void ForgetIfUnwatched(const JobRef& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::optional<Deferred> NextDeferred(Lane lane) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The store's thread has written down, or could not write down, the end of a job.
+  void OnSaved(const JobRef& job);
+  void OnRefused(const JobRef& job, const std::string& why);
+
+  // Of the background, without the lock (job_queue_files.cpp).
+  void WorkInBackground(Lane lane);
+  void TakeFolder(const JobRef& job, JobFiles& files);
+  void CheckResults(const JobRef& job, JobFiles& files);
+  void WriteResults(const JobRef& job, JobFiles& files);
+  void LookAtTake(const JobRef& job, JobFiles& files);
   // Folders with what the daemon keeps of ended jobs (job_queue_retention.cpp).
   std::vector<std::string> OwnFolders() const;
-  // The job's folder and its end (job_queue_results.cpp).
-  bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
-  void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
-  void FinishIfDone(const std::shared_ptr<LiveJob>& job);
-  // Writing down and telling (job_queue_save.cpp).
-  void Persist(LiveJob& job, size_t position);
-  void PersistJob(LiveJob& job);
-  void NoteSaved(LiveJob& job, const absl::Status& status);
-  void SaveAll(LiveJob& job);
-  void SaveAgain();
-  void Conclude(const std::shared_ptr<LiveJob>& job, v1::Job outcome);
-  void End(const std::shared_ptr<LiveJob>& job);
-  void PlanBackup();
-  void MakeBackup(Lock& lock);
-  void WakeAt(std::optional<Time>& due, Time time);
-  std::optional<Time> NextDue() const;
-  void DoWhatIsDue(Lock& lock);
-  void MarkChanged(const LiveJob& job);
-  void Forget(const std::shared_ptr<LiveJob>& job);
-  void Defer(const std::shared_ptr<LiveJob>& job, std::function<void()> work);
-  std::optional<Deferred> NextDeferred();
 
-  const std::unique_ptr<Catalogue> catalogue_;
   const std::unique_ptr<Executor> executor_;
   const JobQueueOptions options_;
+  PublishedJobs published_;
 
-  std::mutex mutex_;
-  std::condition_variable job_ended_;
-  // Unfinished ones by priority and age, and ended ones that are watched.
-  std::list<std::shared_ptr<LiveJob>> jobs_;
-  std::map<std::string, std::unique_ptr<RunningTask>> tasks_;
-  Turns turns_;  // at the workers
-  std::map<int64_t, std::unique_ptr<Watcher>> watchers_;
-  int64_t next_watcher_ = 1;
-  int64_t next_task_ = 1;
-  bool stopping_ = false;
-  bool draining_ = false;
-  bool finishes_jobs_ = false;  // before it is drained
-
-  std::vector<std::function<void()>> to_tell_;
-  std::condition_variable deferred_changed_;
-  std::list<Deferred> deferred_;
-  std::set<const LiveJob*> in_background_;
-  Turns background_turns_;
-  bool due_changed_ = false;
-  std::optional<Time> save_again_, backup_due_, last_backup_;
-  int64_t backed_up_version_ = 0;
-  PublishedJobs published_;  // as MarkChanged told last
-  int64_t frames_done_ = 0, frames_failed_ = 0;
-  std::string catalogue_trouble_, backup_trouble_;  // "" while all is well
-  bool background_ends_ = false;
+  Mutex retrying_;  // before mutex_
+  Mutex mutex_;
+  std::condition_variable_any job_ended_, deferred_changed_;
+  JobTable table_ ABSL_GUARDED_BY(mutex_);
+  JobWatchers watchers_ ABSL_GUARDED_BY(mutex_);
+  std::map<JobRef, std::unique_ptr<JobFiles>> files_ ABSL_GUARDED_BY(mutex_);  // of unfinished jobs
+  std::vector<std::function<void()>> to_call_ ABSL_GUARDED_BY(mutex_);         // those who watch
+  std::set<std::string> to_flush_ ABSL_GUARDED_BY(mutex_);                     // jobs that were put
+  std::list<Deferred> deferred_ ABSL_GUARDED_BY(mutex_);
+  std::set<JobRef> in_background_ ABSL_GUARDED_BY(mutex_);
+  Turns background_turns_ ABSL_GUARDED_BY(mutex_);
+  bool background_ends_ ABSL_GUARDED_BY(mutex_) = false;
+  bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> background_;
+  std::unique_ptr<JobStore> store_;  // calls OnSaved, so it goes first
 };
 
 }  // namespace weft

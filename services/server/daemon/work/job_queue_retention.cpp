@@ -9,7 +9,6 @@
 #include "capture/file/plain_text.h"
 #include "services/formats/files/moved_folder.h"
 #include "services/server/daemon/work/job_queue.h"
-#include "services/server/daemon/work/job_queue_state.h"
 #include "services/server/daemon/work/lost_jobs.h"
 
 namespace weft {
@@ -38,9 +37,7 @@ std::vector<Holding> JobQueue::EndedHoldings() {
   for (const std::string& folder : OwnFolders()) RemoveForgotten(folder);
   std::vector<Holding> holdings;
   for (int64_t read = 0;;) {
-    Lock lock(mutex_);
-    const absl::StatusOr<std::vector<v1::Job>> ended = catalogue_->EndedJobs(read, kJobsPerRead);
-    lock.unlock();
+    const absl::StatusOr<std::vector<v1::Job>> ended = store_->Ended(read, kJobsPerRead);
     if (!ended.ok()) spdlog::warn("old jobs stay: {}", std::string(ended.status().message()));
     if (!ended.ok() || ended->empty()) return holdings;
     for (const v1::Job& job : *ended) {
@@ -56,29 +53,29 @@ bool JobQueue::IsInUse(const std::string& job_id) {
   const absl::StatusOr<v1::Job> job = Get(job_id);
   if (!job.ok() || options_.is_read(job->spec().out())) return true;
   const Lock lock(mutex_);
-  return FindLive(job_id) != nullptr;
+  return table_.Find(job_id) != nullptr;
 }
 
 absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_unix_ns) {
+  const MutexLock not_retried(retrying_);
   {
     const Lock lock(mutex_);
-    if (FindLive(job_id) != nullptr) return absl::FailedPreconditionError("it is watched or runs again");
-    WEFT_ASSIGN_OR_RETURN(const v1::Job now, catalogue_->ReadJob(job_id));
-    if (now.finished_unix_ns() != finished_unix_ns)
-      return absl::FailedPreconditionError("it ran again meanwhile");
-    // Only what lies with the daemon is the daemon's.
-    std::vector<std::string> own = {executor_->LogFolder(job_id)};
-    if (const std::string results = absl::StrCat(options_.results_folder, "/", job_id);
-        now.spec().out() == results)
-      own.push_back(results);
-    for (const std::string& folder : own) {
-      if (folder.empty()) continue;
-      WEFT_RETURN_IF_ERROR(PutAside(folder, kForgottenPrefix));
-    }
-    WEFT_RETURN_IF_ERROR(catalogue_->RemoveJob(job_id));
-    published_.Remove(job_id);
-    PlanBackup();
+    if (table_.Find(job_id) != nullptr) return absl::FailedPreconditionError("it is watched or runs again");
   }
+  WEFT_ASSIGN_OR_RETURN(const v1::Job now, store_->Read(job_id));
+  if (now.finished_unix_ns() != finished_unix_ns)
+    return absl::FailedPreconditionError("it ran again meanwhile");
+  // Only what lies with the daemon is the daemon's.
+  std::vector<std::string> own = {executor_->LogFolder(job_id)};
+  if (const std::string results = absl::StrCat(options_.results_folder, "/", job_id);
+      now.spec().out() == results)
+    own.push_back(results);
+  for (const std::string& folder : own) {
+    if (folder.empty()) continue;
+    WEFT_RETURN_IF_ERROR(PutAside(folder, kForgottenPrefix));
+  }
+  WEFT_RETURN_IF_ERROR(store_->Remove(job_id));
+  published_.Remove(job_id);
   for (const std::string& folder : OwnFolders()) RemoveForgotten(folder);
   return absl::OkStatus();
 }

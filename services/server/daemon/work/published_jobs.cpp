@@ -12,7 +12,7 @@ bool IsEnded(const v1::Job& job) { return job.finished_unix_ns() != 0; }
 }  // namespace
 
 void PublishedJobs::Publish(v1::Job job) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   v1::Job& known = jobs_[job.id()];
   const bool ends = IsEnded(job) && !IsEnded(known);
   known = std::move(job);
@@ -26,12 +26,12 @@ void PublishedJobs::Publish(v1::Job job) {
 }
 
 void PublishedJobs::Remove(const std::string& id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   jobs_.erase(id);
 }
 
 std::optional<v1::Job> PublishedJobs::Find(const std::string& id) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto known = jobs_.find(id);
   return known == jobs_.end() ? std::nullopt : std::optional<v1::Job>(known->second);
 }

@@ -3,10 +3,10 @@
 
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "base/mutex.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -19,9 +19,10 @@ class PublishedJobs {
   std::optional<v1::Job> Find(const std::string& id) const;
 
  private:
-  mutable std::mutex mutex_;
-  std::map<std::string, v1::Job> jobs_;
-  std::deque<std::string> ended_;  // ids, the oldest first; one that was retried may stand here twice
+  mutable Mutex mutex_;
+  std::map<std::string, v1::Job> jobs_ ABSL_GUARDED_BY(mutex_);
+  std::deque<std::string> ended_
+      ABSL_GUARDED_BY(mutex_);  // ids, the oldest first; one that was retried may stand here twice
 };
 
 }  // namespace weft

@@ -40,7 +40,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
     }
     if (!status.ok()) return End(ToGrpcStatus(status));
     bell_->reactor = this;
-    WriteNews();
+    WriteUpdates();
   }
 
   void OnWriteDone(bool ok) override {
@@ -50,7 +50,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
     if (finished_) return;
     if (!ok || cancelled_) return End(stalls_.StatusOfFailure());
     if (last_written_) return End(grpc::Status::OK);
-    WriteNews();
+    WriteUpdates();
   }
 
   void OnCancel() override {
@@ -74,18 +74,18 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   // By a bell that is held, which is this one's.
   void Rung() {
     bell_->mutex.AssertHeld();
-    WriteNews();
+    WriteUpdates();
   }
 
-  void WriteNews() ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
+  void WriteUpdates() ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
     if (writing_ || finished_) return;
-    JobQueue::News news = queue_.PollUpdates(watcher_);
-    if (news.stopping) {
+    JobQueue::Updates updates = queue_.PollUpdates(watcher_);
+    if (updates.stopping) {
       return End({grpc::StatusCode::UNAVAILABLE, "the daemon is shutting down"});
     }
-    if (!news.update) return;
-    update_ = *std::move(news.update);
-    last_written_ = news.ended;
+    if (!updates.update) return;
+    update_ = *std::move(updates.update);
+    last_written_ = updates.ended;
     writing_ = true;
     stalls_.Moved();
     StartWrite(&update_);

@@ -61,7 +61,7 @@ TEST_F(CatalogueTest, RemembersJobsAndFramesAfterReopening) {
     info.set_state(v1::FRAME_STATE_FAILED);
     info.set_reason("too dark");
     info.set_attempts(2);
-    ASSERT_TRUE(catalogue->UpdateFrame("a", 1, info).ok());
+    ASSERT_TRUE(catalogue->Update(MakeJob("a"), {{1, info}}).ok());
   }
   const auto catalogue = Open();
   const auto job = catalogue->ReadJob("a");
@@ -81,7 +81,7 @@ TEST_F(CatalogueTest, ListsNewestFirstAndUnfinishedOldestFirst) {
   ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), {}).ok());
   ASSERT_TRUE(catalogue->AddJob(MakeJob("b"), {}).ok());
   ASSERT_TRUE(catalogue->AddJob(MakeJob("c"), {}).ok());
-  ASSERT_TRUE(catalogue->UpdateJob(MakeJob("b", v1::JOB_STATE_DONE)).ok());
+  ASSERT_TRUE(catalogue->Update(MakeJob("b", v1::JOB_STATE_DONE), {}).ok());
   const auto all = catalogue->ListJobs(2);
   ASSERT_TRUE(all.ok());
   ASSERT_EQ(all->size(), 2u);
@@ -118,8 +118,7 @@ TEST_F(CatalogueTest, NamesUnknownAndRepeatedJobs) {
   ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), MakeFrames(1)).ok());
   EXPECT_EQ(catalogue->AddJob(MakeJob("a"), {}).code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(catalogue->ReadJob("b").status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(catalogue->UpdateJob(MakeJob("b")).code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(catalogue->UpdateFrame("a", 1, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(catalogue->Update(MakeJob("b"), {{0, {}}}).code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(CatalogueTest, StoresHostileNamesAsTheyAre) {
@@ -172,7 +171,7 @@ TEST_F(CatalogueTest, TextsThatAreNotUtf8AreEscapedAndHideNoJob) {
   ASSERT_TRUE(catalogue->AddJob(job, MakeFrames(1)).ok());
   v1::FrameInfo info = MakeFrames(1)[0];
   info.set_reason("\xc3");
-  ASSERT_TRUE(catalogue->UpdateFrame("a", 0, info).ok());
+  ASSERT_TRUE(catalogue->Update(job, {{0, info}}).ok());
   ASSERT_EQ(catalogue->ListJobs(10)->size(), 1u);
   EXPECT_EQ(catalogue->ReadJob("a")->warnings(0), "c\\xff\\xfe.png: unknown camera");
   EXPECT_EQ((*catalogue->ReadFrames("a"))[0].reason(), "\\xc3");

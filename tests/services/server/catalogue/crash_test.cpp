@@ -56,10 +56,11 @@ std::vector<std::function<absl::Status(Catalogue&)>> Changes() {
       return catalogue.AddJob(JobToLose(job, v1::JOB_STATE_QUEUED), FramesToLose(v1::FRAME_STATE_WAITING));
     });
     changes.push_back(
-        [job](Catalogue& catalogue) { return catalogue.UpdateJob(JobToLose(job, v1::JOB_STATE_RUNNING)); });
+        [job](Catalogue& catalogue) { return catalogue.Update(JobToLose(job, v1::JOB_STATE_RUNNING), {}); });
     for (const size_t position : {0, 7}) {
       changes.push_back([job, position](Catalogue& catalogue) {
-        return catalogue.UpdateFrame(job, position, FramesToLose(v1::FRAME_STATE_DONE)[position]);
+        return catalogue.Update(JobToLose(job, v1::JOB_STATE_RUNNING),
+                                {{position, FramesToLose(v1::FRAME_STATE_DONE)[position]}});
       });
     }
     changes.push_back([job](Catalogue& catalogue) {

@@ -1,0 +1,280 @@
+#include "services/server/daemon/work/job_store.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
+
+namespace weft {
+namespace {
+
+constexpr std::chrono::seconds kWriteAgainAfter{1};
+// A backup follows a new job and the end of one, the first at once.
+constexpr std::chrono::seconds kBackupAfter{1};
+constexpr std::chrono::seconds kBackupPeriod{60};
+
+}  // namespace
+
+JobStore::JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot)
+    : catalogue_(std::move(catalogue)), restored_(catalogue_->warnings()), snapshot_(std::move(snapshot)) {
+  const MutexLock lock(mutex_);
+  PlanBackup();
+  thread_ = std::thread(&JobStore::Work, this);
+}
+
+void JobStore::Stop() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+absl::Status JobStore::Add(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
+  {
+    const MutexLock disk(disk_);
+    WEFT_RETURN_IF_ERROR(catalogue_->AddJob(job, frames));
+  }
+  const MutexLock lock(mutex_);
+  PlanBackup();
+  return absl::OkStatus();
+}
+
+absl::Status JobStore::Replace(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
+  {
+    const MutexLock disk(disk_);
+    WEFT_RETURN_IF_ERROR(catalogue_->UpdateAll(job, frames));
+  }
+  const MutexLock lock(mutex_);
+  PlanBackup();
+  return absl::OkStatus();
+}
+
+absl::Status JobStore::Remove(const std::string& job_id) {
+  {
+    const MutexLock disk(disk_);
+    WEFT_RETURN_IF_ERROR(catalogue_->RemoveJob(job_id));
+  }
+  const MutexLock lock(mutex_);
+  PlanBackup();
+  return absl::OkStatus();
+}
+
+void JobStore::Put(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
+  const MutexLock lock(mutex_);
+  Pending& pending = pending_[job.id()];
+  pending.job = job;
+  pending.is_changed = true;
+  for (const auto& [position, info] : frames) pending.frames.insert_or_assign(position, info);
+  changed_.notify_all();
+}
+
+void JobStore::PutLast(const v1::Job& job, const std::vector<v1::FrameInfo>& frames,
+                       std::function<void()> written, std::function<void(const std::string&)> refused) {
+  const MutexLock lock(mutex_);
+  Pending& pending = pending_[job.id()];
+  pending.job = job;
+  pending.is_changed = true;
+  for (size_t position = 0; position < frames.size(); ++position)
+    pending.frames.insert_or_assign(position, frames[position]);
+  pending.written = std::move(written);
+  pending.refused = std::move(refused);
+  changed_.notify_all();
+}
+
+absl::Status JobStore::Flush(const std::string& job_id, std::chrono::milliseconds patience) {
+  MutexLock lock(mutex_);
+  bool is_written = false;
+  changed_.wait_for(lock, patience, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    const auto found = pending_.find(job_id);
+    is_written = found == pending_.end() || (!found->second.is_changed && !found->second.is_writing);
+    return is_written || found->second.was_refused;
+  });
+  if (is_written) return absl::OkStatus();
+  return absl::DeadlineExceededError(absl::StrCat("job ", job_id, ": its state cannot be written down yet",
+                                                  trouble_.empty() ? "" : ": ", trouble_));
+}
+
+absl::StatusOr<v1::Job> JobStore::Read(const std::string& job_id) {
+  const MutexLock disk(disk_);
+  return catalogue_->ReadJob(job_id);
+}
+
+absl::StatusOr<std::vector<v1::FrameInfo>> JobStore::ReadFrames(const std::string& job_id) {
+  const MutexLock disk(disk_);
+  return catalogue_->ReadFrames(job_id);
+}
+
+absl::StatusOr<std::vector<v1::Job>> JobStore::List(int limit, const std::string& older_than) {
+  const MutexLock disk(disk_);
+  return catalogue_->ListJobs(limit, older_than);
+}
+
+absl::StatusOr<std::vector<v1::Job>> JobStore::Ended(int64_t skip, int limit) {
+  const MutexLock disk(disk_);
+  return catalogue_->EndedJobs(skip, limit);
+}
+
+absl::StatusOr<std::vector<v1::Job>> JobStore::Unfinished() {
+  const MutexLock disk(disk_);
+  return catalogue_->UnfinishedJobs();
+}
+
+std::string JobStore::Trouble() {
+  const MutexLock lock(mutex_);
+  return trouble_;
+}
+
+std::vector<std::string> JobStore::Warnings() {
+  const MutexLock lock(mutex_);
+  std::vector<std::string> warnings = restored_;
+  for (const std::string* trouble : {&trouble_, &backup_trouble_}) {
+    if (!trouble->empty()) warnings.push_back(*trouble);
+  }
+  return warnings;
+}
+
+void JobStore::PlanBackup() {
+  if (backup_due_) return;
+  const Time soon = std::chrono::steady_clock::now() + kBackupAfter;
+  backup_due_ = last_backup_ ? std::max(soon, *last_backup_ + kBackupPeriod) : soon;
+  changed_.notify_all();
+}
+
+absl::Status JobStore::Write(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
+  {
+    const MutexLock disk(disk_);
+    absl::Status status = catalogue_->Update(job, frames);
+    if (!absl::IsNotFound(status)) return status;
+  }
+  // Its row was damaged while the daemon ran.
+  const auto all = snapshot_(job.id());
+  if (!all) return absl::OkStatus();
+  const MutexLock disk(disk_);
+  return catalogue_->AddJob(job, all->second);
+}
+
+void JobStore::NoteWritten(const absl::Status& status) {
+  if (status.ok()) {
+    if (!trouble_.empty()) spdlog::info("the catalogue is written again");
+    trouble_.clear();
+    return;
+  }
+  if (trouble_.empty()) spdlog::error("{}; it is tried again until it works", std::string(status.message()));
+  trouble_ = std::string(status.message());
+  write_again_ = std::chrono::steady_clock::now() + kWriteAgainAfter;
+}
+
+bool JobStore::IsAnyChanged() const {
+  return std::any_of(pending_.begin(), pending_.end(),
+                     [](const auto& entry) { return entry.second.is_changed; });
+}
+
+// Lets go of the lock while the disk writes. False: nothing can be written now.
+bool JobStore::WriteNext(MutexLock<Mutex>& lock) {
+  if (!IsAnyChanged()) return false;
+  // One that the disk refuses keeps no other waiting.
+  auto next = pending_.upper_bound(last_tried_);
+  while (next == pending_.end() || !next->second.is_changed)
+    next = next == pending_.end() ? pending_.begin() : std::next(next);
+  const std::string id = last_tried_ = next->first;
+  next->second.is_changed = false;
+  next->second.is_writing = true;
+  const Pending writing = std::exchange(next->second, {.job = next->second.job,
+                                                       .is_writing = true,
+                                                       .written = next->second.written,
+                                                       .refused = next->second.refused});
+  lock.unlock();
+  const absl::Status status = Write(writing.job, writing.frames);
+  if (status.ok() && writing.written) writing.written();
+  if (!status.ok() && writing.refused) writing.refused(std::string(status.message()));
+  lock.lock();
+  NoteWritten(status);
+  Pending& now = pending_[id];
+  now.is_writing = false;
+  now.was_refused = !status.ok();
+  if (!status.ok()) {
+    now.is_changed = true;
+    now.frames.insert(writing.frames.begin(), writing.frames.end());  // not over newer ones
+  } else if (writing.written && !now.is_changed) {
+    pending_.erase(id);
+    PlanBackup();
+  }
+  changed_.notify_all();
+  return status.ok();
+}
+
+// Lets go of the disk between steps, so that nobody waits for it.
+void JobStore::MakeBackup() {
+  int64_t version = 0;
+  absl::StatusOr<std::unique_ptr<CatalogueBackup>> backup = nullptr;
+  {
+    const MutexLock disk(disk_);
+    version = catalogue_->version();
+    if (version == backed_up_version_) return;
+    backup = catalogue_->StartBackup();
+  }
+  absl::Status status = backup.status();
+  for (bool complete = false; status.ok() && !complete;) {
+    {
+      const MutexLock disk(disk_);
+      const absl::StatusOr<bool> step = (*backup)->Step();
+      status = step.status();
+      complete = step.ok() && *step;
+    }
+    std::this_thread::yield();
+    if (complete) status = (*backup)->Keep();
+  }
+  const MutexLock lock(mutex_);
+  last_backup_ = std::chrono::steady_clock::now();
+  if (status.ok()) {
+    backed_up_version_ = version;
+    backup_trouble_.clear();
+    return;
+  }
+  if (backup_trouble_.empty()) spdlog::warn("no backup of the catalogue: {}", std::string(status.message()));
+  backup_trouble_ = absl::StrCat("no backup of the list of jobs: ", absl::string_view(status.message()));
+  PlanBackup();
+}
+
+void JobStore::Work() {
+  MutexLock lock(mutex_);
+  for (;;) {
+    const Time now = std::chrono::steady_clock::now();
+    if (write_again_ && *write_again_ <= now) write_again_.reset();
+    if (!write_again_ && WriteNext(lock)) continue;
+    if (stopping_) break;
+    if (backup_due_ && *backup_due_ <= now) {
+      backup_due_.reset();
+      lock.unlock();
+      MakeBackup();
+      lock.lock();
+      continue;
+    }
+    std::optional<Time> due = backup_due_;
+    if (write_again_) due = due ? std::min(*due, *write_again_) : *write_again_;
+    const auto has_news = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+      return stopping_ || (!write_again_ && IsAnyChanged());
+    };
+    if (due) {
+      changed_.wait_until(lock, *due, has_news);
+    } else {
+      changed_.wait(lock, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+        return has_news() || backup_due_.has_value();
+      });
+    }
+  }
+  // What the disk refused a moment ago it may take now.
+  write_again_.reset();
+  while (WriteNext(lock)) {
+  }
+  const bool is_well = trouble_.empty();
+  lock.unlock();
+  if (is_well) MakeBackup();
+}
+
+}  // namespace weft

@@ -1,0 +1,101 @@
+// The catalogue of jobs, written behind: who changes a job never waits for the disk.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "base/mutex.h"
+#include "services/server/catalogue/catalogue.h"
+
+namespace weft {
+
+// States of jobs that run are put, and reach the disk soon: many changes of a job are one transaction. What
+// the disk does not take is tried again until it does. A thread writes, and keeps a backup of the catalogue.
+// Thread safety: any thread may call any function.
+class JobStore {
+ public:
+  // All that is known of a job now, where its row was damaged while it ran. Called from the store's thread.
+  using Snapshot =
+      std::function<std::optional<std::pair<v1::Job, std::vector<v1::FrameInfo>>>(const std::string& job_id)>;
+  JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot);
+  ~JobStore() { Stop(); }
+  // Writes what is left, where the disk takes it, and a last backup. What is put from now on is not written.
+  void Stop();
+
+  // Written when they return; errors of Catalogue.
+  absl::Status Add(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
+  absl::Status Replace(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
+  absl::Status Remove(const std::string& job_id);
+
+  // Written soon. `frames`: those that changed, by position; further ones are added.
+  void Put(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
+  // The last state of a job with all of its frames. `written` is called once it is on the disk, `refused`
+  // each time that it cannot be written, with why; both in the thread of the store.
+  void PutLast(const v1::Job& job, const std::vector<v1::FrameInfo>& frames, std::function<void()> written,
+               std::function<void(const std::string& why)> refused);
+  // Waits until what was put of this job is written, or cannot be written for now. Not for the functions that
+  // are called by the store's thread. DeadlineExceeded, with why.
+  absl::Status Flush(const std::string& job_id, std::chrono::milliseconds patience);
+
+  // As the disk has them. Errors of Catalogue.
+  absl::StatusOr<v1::Job> Read(const std::string& job_id);
+  absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
+  absl::StatusOr<std::vector<v1::Job>> List(int limit, const std::string& older_than);
+  absl::StatusOr<std::vector<v1::Job>> Ended(int64_t skip, int limit);
+  absl::StatusOr<std::vector<v1::Job>> Unfinished();
+
+  // Why states cannot be written; empty: they can.
+  std::string Trouble();
+  // Of the catalogue's restoration, of its writing and its backup.
+  std::vector<std::string> Warnings();
+
+ private:
+  using Time = std::chrono::steady_clock::time_point;
+  // What of a job is not on the disk.
+  struct Pending {
+    v1::Job job;
+    std::map<size_t, v1::FrameInfo> frames;
+    bool is_changed = false, is_writing = false;
+    bool was_refused = false;       // at the last try
+    std::function<void()> written;  // of its last state
+    std::function<void(const std::string& why)> refused;
+  };
+
+  void Work();
+  bool IsAnyChanged() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool WriteNext(MutexLock<Mutex>& lock) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
+  absl::Status Write(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
+  void NoteWritten(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void PlanBackup() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void MakeBackup();
+
+  // Before mutex_ where both are held.
+  Mutex disk_;
+  const std::unique_ptr<Catalogue> catalogue_ ABSL_PT_GUARDED_BY(disk_);
+  const std::vector<std::string> restored_;  // warnings
+  const Snapshot snapshot_;
+
+  Mutex mutex_;
+  std::condition_variable_any changed_;
+  std::map<std::string, Pending> pending_ ABSL_GUARDED_BY(mutex_);  // by job
+  std::string last_tried_ ABSL_GUARDED_BY(mutex_);                  // the jobs behind it are next
+  std::optional<Time> write_again_ ABSL_GUARDED_BY(mutex_), backup_due_ ABSL_GUARDED_BY(mutex_);
+  std::optional<Time> last_backup_ ABSL_GUARDED_BY(mutex_);
+  std::string trouble_ ABSL_GUARDED_BY(mutex_), backup_trouble_ ABSL_GUARDED_BY(mutex_);
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  int64_t backed_up_version_ = 0;  // of the thread
+  std::thread thread_;
+};
+
+}  // namespace weft

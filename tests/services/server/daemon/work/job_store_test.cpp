@@ -1,0 +1,102 @@
+#include "services/server/daemon/work/job_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class JobStoreTest : public ::testing::Test {
+ protected:
+  static v1::Job JobOf(const std::string& id, v1::JobState state = v1::JOB_STATE_RUNNING) {
+    v1::Job job;
+    job.set_id(id);
+    job.set_state(state);
+    return job;
+  }
+  static v1::FrameInfo Frame(const std::string& name, v1::FrameState state) {
+    v1::FrameInfo info;
+    info.set_frame(name);
+    info.set_state(state);
+    return info;
+  }
+  std::unique_ptr<JobStore> Open(JobStore::Snapshot snapshot = [](const std::string&) {
+    return std::nullopt;
+  }) {
+    auto catalogue = Catalogue::Open(folder_ / "catalogue.sqlite");
+    EXPECT_TRUE(catalogue.ok()) << catalogue.status();
+    return std::make_unique<JobStore>(*std::move(catalogue), std::move(snapshot));
+  }
+
+  TempFolder folder_;
+  const std::chrono::seconds enough_{30};
+};
+
+TEST_F(JobStoreTest, WritesWhatIsPutAndGoesOnWithIt) {
+  {
+    const auto store = Open();
+    ASSERT_TRUE(store->Add(JobOf("a", v1::JOB_STATE_QUEUED), {Frame("0", v1::FRAME_STATE_WAITING)}).ok());
+    EXPECT_EQ(store->Add(JobOf("a"), {}).code(), absl::StatusCode::kAlreadyExists);
+    store->Put(JobOf("a"), {{0, Frame("0", v1::FRAME_STATE_RUNNING)}});
+    store->Put(JobOf("a"), {{0, Frame("0", v1::FRAME_STATE_DONE)}, {1, Frame("1", v1::FRAME_STATE_WAITING)}});
+    ASSERT_TRUE(store->Flush("a", enough_).ok());
+    EXPECT_EQ(store->Read("a")->state(), v1::JOB_STATE_RUNNING);
+    const auto frames = store->ReadFrames("a");
+    ASSERT_EQ(frames->size(), 2u);
+    EXPECT_EQ((*frames)[0].state(), v1::FRAME_STATE_DONE);
+    store->Put(JobOf("a"), {{1, Frame("1", v1::FRAME_STATE_FAILED)}});
+  }
+  const auto store = Open();
+  EXPECT_EQ((*store->ReadFrames("a"))[1].state(), v1::FRAME_STATE_FAILED) << "what was put before the end";
+  EXPECT_EQ(store->Unfinished()->size(), 1u);
+  EXPECT_THAT(store->Warnings(), IsEmpty());
+  EXPECT_EQ(store->Trouble(), "");
+  ASSERT_TRUE(store->Remove("a").ok());
+  EXPECT_EQ(store->Read("a").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(JobStoreTest, TellsWhenTheLastStateIsOnTheDisk) {
+  const auto store = Open();
+  ASSERT_TRUE(store->Add(JobOf("a"), {Frame("0", v1::FRAME_STATE_WAITING)}).ok());
+  std::atomic<int> written = 0, refused = 0;
+  store->PutLast(
+      JobOf("a", v1::JOB_STATE_DONE), {Frame("0", v1::FRAME_STATE_DONE)},
+      [&] {
+        EXPECT_EQ(store->Read("a")->state(), v1::JOB_STATE_DONE);
+        ++written;
+      },
+      [&](const std::string&) { ++refused; });
+  ASSERT_TRUE(store->Flush("a", enough_).ok());
+  EXPECT_EQ(written, 1);
+  EXPECT_EQ(refused, 0);
+  EXPECT_EQ(store->Ended(0, 10)->size(), 1u);
+  ASSERT_TRUE(store->Replace(JobOf("a", v1::JOB_STATE_QUEUED), {Frame("0", v1::FRAME_STATE_WAITING)}).ok());
+  EXPECT_EQ(store->List(10, "")->front().state(), v1::JOB_STATE_QUEUED);
+}
+
+TEST_F(JobStoreTest, ARowThatIsGoneIsMadeAnewFromWhatIsKnown) {
+  const auto store = Open([](const std::string& id) {
+    return std::pair(JobOf(id),
+                     std::vector{Frame("0", v1::FRAME_STATE_DONE), Frame("1", v1::FRAME_STATE_RUNNING)});
+  });
+  store->Put(JobOf("a"), {{1, Frame("1", v1::FRAME_STATE_RUNNING)}});
+  ASSERT_TRUE(store->Flush("a", enough_).ok());
+  EXPECT_EQ(store->ReadFrames("a")->size(), 2u);
+}
+
+TEST_F(JobStoreTest, WhatIsOfNoJobAnyMoreIsNotWritten) {
+  const auto store = Open();
+  store->Put(JobOf("a"), {});
+  ASSERT_TRUE(store->Flush("a", enough_).ok());
+  EXPECT_EQ(store->Read("a").status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace weft
