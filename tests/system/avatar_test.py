@@ -135,8 +135,6 @@ class Driving(unittest.TestCase):
         mean = {score["method"]: score["mean_mm"] for score in scores["scores"]}
         self.assertLess(mean["driven"], 2)
         self.assertLess(mean["best shape"], mean["mean shape"])
-        self.assertEqual(scores["goals"][0]["id"], "A14")
-        weft("evaluate", take, "--avatar", avatar, "--cameras", "2", "--check", check=0)
 
     def test_show_tells_what_it_was_trained_on(self):
         about = json.loads(weft("avatar", "show", avatar, "--json", check=0).stdout)

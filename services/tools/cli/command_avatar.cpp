@@ -6,7 +6,7 @@
 #include "base/status_macros.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
-#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/avatar_text.h"
 #include "services/work/animation/pixel_avatar_file.h"
 
 namespace weft {

@@ -18,7 +18,7 @@
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/net_trainer.h"
 #include "services/tools/cli/progress.h"
-#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/avatar_text.h"
 #include "services/work/animation/train_avatar.h"
 #include "services/work/animation/train_pixel_avatar.h"
 

@@ -187,13 +187,12 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       "garment's "
       "avatar follows it before few cameras, on takes whose truth is known. The carrier (its shape before it "
       "is "
-      "polished) and the best that its shapes can do stand beside it, and the goals of sparse-view driving "
-      "below.",
+      "polished) and the best that its shapes can do stand beside it.",
       "  weft evaluate result --out result/evaluation\n"
       "  weft evaluate best --against paper --quick --out comparison\n"
       "  weft evaluate result --truth take/truth --quick\n"
       "  weft evaluate result --truth take/truth --json > scores.json\n"
-      "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3 --check");
+      "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3");
   auto options = std::make_shared<EvaluateOptions>();
   command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()

@@ -14,7 +14,7 @@
 #include "services/tools/cli/command_line.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/progress.h"
-#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/avatar_text.h"
 
 namespace weft {
 namespace {
@@ -86,9 +86,6 @@ void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOpt
       ->type_name("DIR")
       ->needs(avatar)
       ->group(kAvatarGroup);
-  command.add_flag("--check", options.check, "Exit status 1 where a goal of the table is missed")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
 }
 
 }  // namespace
@@ -143,7 +140,7 @@ absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
   } else {
     std::fputs(AvatarEvaluationText(*evaluation).c_str(), stdout);
   }
-  return options.check ? GoalsStatus(*evaluation) : absl::OkStatus();
+  return absl::OkStatus();
 }
 
 }  // namespace weft

@@ -16,7 +16,6 @@ struct EvaluateAvatarOptions {
   AvatarScoring scoring;  // avatar is empty where no avatar is evaluated
   std::string frames;     // as ParseScoredFrames reads it
   std::string out;        // folder for avatar-evaluation.json; empty: none
-  bool check = false;
   bool json = false;
 };
 
@@ -27,7 +26,7 @@ absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text);
 // --avatar, and what goes with it alone.
 void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options);
 
-// Prints the table, or JSON. A bad verdict where a goal is missed that was to be checked.
+// Prints the table, or JSON.
 absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet);
 
 }  // namespace weft

@@ -21,7 +21,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/animation/avatar_file.h"
-#include "services/work/animation/avatar_goals.h"
+#include "services/work/animation/avatar_text.h"
 #include "services/work/animation/baseline_meshes.h"
 #include "services/work/animation/cloth_take.h"
 #include "services/work/animation/driving_trials.h"
@@ -310,7 +310,7 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   }
   scorer.table().WriteTo(scoring.threads, out);
   for (const std::string& remark : remarks) out.add_remarks(remark);
-  AddAvatarGoals(avatar.about, out);
+  for (const std::string& remark : BaselineRemarks(out)) out.add_remarks(remark);
   return out;
 }
 
