@@ -224,7 +224,8 @@ class DriveResume(unittest.TestCase):
         for frame, report in self.reports().items():
             keys = {key["stage"] for key in report["keys"]}
             self.assertEqual(keys, {"decode", "drive"}, frame)
-            self.assertLessEqual({time["stage"] for time in report["stages"]}, keys, frame)
+            # Steps of driving have times of their own.
+            self.assertLessEqual({time["stage"] for time in report["stages"]} & set(STAGES), keys, frame)
 
     def test_starts_again_over_another_version(self):
         whole, before = hash_of(self.out, "mesh.ply"), self.written()

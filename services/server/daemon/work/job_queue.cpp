@@ -313,7 +313,6 @@ bool JobQueue::DoEffects() {
 }
 
 void JobQueue::SettleAtOnce(Lock& lock) {
-  mutex_.AssertHeld();
   do {
     StartTasks();
   } while (DoEffects());
@@ -324,7 +323,6 @@ void JobQueue::SettleAtOnce(Lock& lock) {
 }
 
 void JobQueue::Settle(Lock& lock) {
-  mutex_.AssertHeld();
   do {
     StartTasks();
   } while (DoEffects());

@@ -150,9 +150,9 @@ class JobQueue {
   // Does what follows from the table's changes, and lets go of the lock. Those who watch are told of what is
   // on the disk, so that a daemon that is killed remembers it; where a disk takes nothing they are told as
   // well.
-  void Settle(Lock& lock) ABSL_UNLOCK_FUNCTION(lock);
+  void Settle(Lock& lock) ABSL_UNLOCK_FUNCTION(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
   // Without that: for the store's own thread.
-  void SettleAtOnce(Lock& lock) ABSL_UNLOCK_FUNCTION(lock);
+  void SettleAtOnce(Lock& lock) ABSL_UNLOCK_FUNCTION(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
   void StartTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool DoEffects() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Publish(const JobRef& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -10,6 +10,7 @@
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/work/operation_file.h"
 #include "services/server/daemon/work/operation_queue.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/server/rpc/operation_kinds.h"
