@@ -16,30 +16,30 @@ ExportRequest RequestOf(ExportFormat format) {
   return request;
 }
 
-std::string FaultOf(const ExportRequest& request) { return std::string(request.Validate().message()); }
+std::string RequestFault(const ExportRequest& request) { return std::string(request.Validate().message()); }
 
 TEST(ExportRequest, ErrorsNameTheOption) {
   ExportRequest request = RequestOf(ExportFormat::kPly);
-  EXPECT_EQ(FaultOf(request), "");
+  EXPECT_EQ(RequestFault(request), "");
   request.fps = -1;
-  EXPECT_THAT(FaultOf(request), StartsWith("--fps: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--fps: "));
   request.fps = 0, request.texture_px = 64;
-  EXPECT_THAT(FaultOf(request), StartsWith("--texture: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--texture: "));
   request.texture_px = 0, request.meshopt = true;
-  EXPECT_THAT(FaultOf(request), StartsWith("--meshopt: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--meshopt: "));
   request.meshopt = false, request.texture_frames = 0;
-  EXPECT_THAT(FaultOf(request), StartsWith("--texture-frames: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--texture-frames: "));
   request.out = "";
-  EXPECT_THAT(FaultOf(request), StartsWith("--out: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--out: "));
 }
 
 // glTF 2.0, section 3.4: y is up and lengths are metres.
 TEST(ExportRequest, GltfHasItsAxesAndUnitBySpecification) {
   ExportRequest request = RequestOf(ExportFormat::kGlb);
   request.unit = LengthUnit::kMillimetre;
-  EXPECT_THAT(FaultOf(request), StartsWith("--up, --unit: "));
+  EXPECT_THAT(RequestFault(request), StartsWith("--up, --unit: "));
   request.unit = LengthUnit::kMetre;
-  EXPECT_EQ(FaultOf(request), "");
+  EXPECT_EQ(RequestFault(request), "");
 }
 
 TEST(ExportRequest, NormalMapsNeedACoarserMesh) {
