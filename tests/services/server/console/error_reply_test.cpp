@@ -1,0 +1,36 @@
+#include "services/server/console/error_reply.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/server/rpc/error_detail.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+// RFC 9110, section 15: what a browser makes of each category.
+TEST(ErrorReply, HasTheStatusOfHttp) {
+  using Code = absl::StatusCode;
+  const std::vector<std::pair<Code, int>> expected = {
+      {Code::kInvalidArgument, 400},   {Code::kOutOfRange, 400},      {Code::kUnauthenticated, 401},
+      {Code::kPermissionDenied, 403},  {Code::kNotFound, 404},        {Code::kFailedPrecondition, 409},
+      {Code::kResourceExhausted, 429}, {Code::kInternal, 500},        {Code::kDataLoss, 500},
+      {Code::kUnavailable, 503},       {Code::kDeadlineExceeded, 504}};
+  for (const auto& [code, http] : expected)
+    EXPECT_EQ(ErrorReply(absl::Status(code, "why")).status, http) << absl::StatusCodeToString(code);
+}
+
+TEST(ErrorReply, NamesFieldAndRemedyForThePage) {
+  const HttpReply reply =
+      ErrorReply(FieldError(absl::StatusCode::kInvalidArgument, {"spec.rig", "is \"missing\"", "name one"}));
+  EXPECT_EQ(reply.type, "application/json");
+  EXPECT_THAT(reply.body, HasSubstr("\"spec.rig\""));
+  EXPECT_THAT(reply.body, HasSubstr("\"name one\""));
+  EXPECT_THAT(reply.body, HasSubstr("spec.rig: is \\\"missing\\\"; name one"));
+  EXPECT_THAT(reply.body, HasSubstr("INVALID_ARGUMENT"));
+}
+
+}  // namespace
+}  // namespace weft
