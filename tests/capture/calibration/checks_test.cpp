@@ -250,15 +250,6 @@ TEST_F(CalibrationChecks, ATargetInAnotherUnitIsNamed) {
               Contains(Issue(CalibrationFault::kWrongUnit, std::vector<int>{}, "Lengths are in mm")));
 }
 
-TEST(CalibrationTarget, RefusesTagsInMetresAndInMicrometres) {
-  CalibrationTarget target{"target", {MakeBoard("A", 0, 6, 5, 0.06)}, {}};
-  EXPECT_THAT(std::string(target.Validate().message()), HasSubstr("a tag of 0.06 m has 60"));
-  target.boards = {MakeBoard("A", 0, 6, 5, 60'000)};
-  EXPECT_THAT(std::string(target.Validate().message()), HasSubstr("lengths are in mm"));
-  target.boards = {MakeBoard("A", 0, 6, 5, 60)};
-  EXPECT_TRUE(target.Validate().ok());
-}
-
 TEST_F(CalibrationChecks, AllIssuesComeInOneError) {
   EXPECT_TRUE(IssuesStatus({}).ok());
   const absl::Status status = IssuesStatus(

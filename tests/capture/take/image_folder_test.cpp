@@ -6,8 +6,6 @@
 #include <filesystem>
 
 #include "capture/image/image_file.h"
-#include "capture/take/picture_copies.h"
-#include "capture/take/picture_names.h"
 #include "capture/take/picture_sizes.h"
 #include "tests/capture/temp_folder.h"
 
@@ -50,16 +48,6 @@ std::vector<std::string> Listed(const ImageFolder& listing) {
   for (const auto& [frame, cameras] : listing.frames)
     for (const auto& [camera, path] : cameras) all.push_back(frame + "/" + camera);
   return all;
-}
-
-TEST(PictureNames, TellsPicturesAndOtherProgramsFilesApart) {
-  for (const char* name : {"c00.png", "C00.PNG", "a.b.JpEg", "c.tif", "c.TIFF", "x.jpg", "@cam.png"})
-    EXPECT_TRUE(IsPictureName(name) && !IsForeignName(name)) << name;
-  for (const char* name : {"c00.pn", "png", "c00.png~", "c00.exr", "", "c00.png.tmp"})
-    EXPECT_FALSE(IsPictureName(name)) << name;
-  for (const char* name : {"._c00.png", ".DS_Store", ".thumbnails", "@eaDir", "#recycle", "lost+found",
-                           "Thumbs.db", "THUMBS.DB", "$RECYCLE.BIN", "System Volume Information", "__MACOSX"})
-    EXPECT_TRUE(IsForeignName(name)) << name;
 }
 
 TEST(ImageFolder, LeavesOutWhatOtherProgramsPutThere) {
@@ -254,14 +242,6 @@ TEST(ImageFolder, SaysThatPicturesAreNotTurned) {
   EXPECT_THAT(ListImageFolder(dump.path())->notes,
               ElementsAre(HasSubstr(
                   "pictures of c00 say that they are to be shown rotated by 90 degrees clockwise")));
-}
-
-TEST(PictureCopies, AreKnownByTheNamesThatProgramsGive) {
-  for (const char* name : {"c01 (1)", "c01(12)", "c01 - Copy", "c01 - Copy (2)", "c01 copy", "c01 copy 2",
-                           "c01_copy", "Copy of c01", "c01 - Kopie"})
-    EXPECT_EQ(OriginalOfCopy(name), "c01") << name;
-  for (const char* name : {"c01", "c01 1", "(1)", "c (a)", "copy", "photocopy", "c01 ()", ""})
-    EXPECT_EQ(OriginalOfCopy(name), "") << name;
 }
 
 TEST(ImageFolder, LeavesOutCopiesBesideTheirOriginals) {
