@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int64_t kDay_s = 24 * 3600;
+constexpr int64_t kCertificateDay_s = 24 * 3600;
 
 TEST(CertificateLife, IsThatOfTheCertificate) {
   const TempFolder folder;
@@ -23,8 +23,8 @@ TEST(CertificateLife, IsThatOfTheCertificate) {
   ASSERT_TRUE(lives.ok()) << lives.status();
   ASSERT_EQ(lives->size(), 1u);
   EXPECT_THAT(lives->front().subject, HasSubstr("weftd"));
-  EXPECT_NEAR(static_cast<double>(lives->front().ends_unix_s), static_cast<double>(begin_s + 30 * kDay_s),
-              2 * kDay_s);
+  EXPECT_NEAR(static_cast<double>(lives->front().ends_unix_s),
+              static_cast<double>(begin_s + 30 * kCertificateDay_s), 2 * kCertificateDay_s);
 }
 
 TEST(CertificateLife, IsThatOfAllInAFile) {
@@ -39,7 +39,8 @@ TEST(CertificateLife, IsThatOfAllInAFile) {
   ASSERT_EQ(lives->size(), 3u);
   EXPECT_THAT((*lives)[0].subject, HasSubstr("first"));
   EXPECT_THAT((*lives)[1].subject, HasSubstr("second"));
-  EXPECT_NEAR(static_cast<double>((*lives)[1].ends_unix_s - (*lives)[0].ends_unix_s), 390.0 * kDay_s, kDay_s);
+  EXPECT_NEAR(static_cast<double>((*lives)[1].ends_unix_s - (*lives)[0].ends_unix_s),
+              390.0 * kCertificateDay_s, kCertificateDay_s);
   EXPECT_THAT((*lives)[2].subject, HasSubstr("revocation list of "));
   EXPECT_THAT((*lives)[2].subject, HasSubstr("studio"));
 }

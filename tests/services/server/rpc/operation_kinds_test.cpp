@@ -33,8 +33,9 @@ TEST(OperationKinds, HaveNoNameTwice) {
 TEST(OperationKinds, HaveOnePositionalInputAtTheMostWhichComesFirst) {
   for (const OperationKind& kind : OperationKinds()) {
     for (size_t i = 0; i < kind.inputs.size(); ++i) {
-      if (i > 0) EXPECT_FALSE(kind.inputs[i].is_positional) << kind.command;
-      if (kind.inputs[i].may_repeat) EXPECT_TRUE(kind.inputs[i].is_positional) << kind.command;
+      const OperationInputKind& input = kind.inputs[i];
+      EXPECT_TRUE(i == 0 || !input.is_positional) << kind.command;
+      EXPECT_TRUE(input.is_positional || !input.may_repeat) << kind.command;
     }
   }
 }
