@@ -1,4 +1,4 @@
-#include "capture/camera/v4l2_formats.h"
+#include "capture/camera/v4l2_device.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
