@@ -22,12 +22,12 @@ TEST(ErrorSummary, OfAnEvenCountHasTheMedianBetweenTheMiddleTwo) {
 }
 
 TEST(ErrorSummary, OfOneErrorIsThatErrorAndOfNoneIsNone) {
-  const auto one = Summarize({7});
+  const auto one = Summarize(std::vector<double>{7});
   ASSERT_TRUE(one);
   EXPECT_EQ(one->median, 7);
   EXPECT_EQ(one->p99, 7);
   EXPECT_EQ(one->max, 7);
-  EXPECT_FALSE(Summarize({}));
+  EXPECT_FALSE(Summarize(std::vector<double>{}));
 }
 
 }  // namespace

@@ -38,12 +38,13 @@ Rolling FrameOf(int frame, double slide_mm, double lift_mm) {
 }
 
 TEST(TrueDrift, SlidingIsItsSpeedHoweverTheClothMoves) {
-  constexpr double kSpeed_mm_s = 2, kFps = 30;
+  constexpr double kSpeed_mm_s = 2, kFrameRate = 30;
   const TrueDrift drift(Sheet(20, 25, 2, 0, Flat));
   for (int frame = 0; frame < 4; ++frame) {
-    const Rolling a = FrameOf(frame, kSpeed_mm_s / kFps, 0), b = FrameOf(frame + 1, kSpeed_mm_s / kFps, 0);
-    const double found = kFps * Mean(DriftBetween(drift.MaterialOffsets(a.registered_mm, a.truth_mm),
-                                                  drift.MaterialOffsets(b.registered_mm, b.truth_mm)));
+    const Rolling a = FrameOf(frame, kSpeed_mm_s / kFrameRate, 0),
+                  b = FrameOf(frame + 1, kSpeed_mm_s / kFrameRate, 0);
+    const double found = kFrameRate * Mean(DriftBetween(drift.MaterialOffsets(a.registered_mm, a.truth_mm),
+                                                        drift.MaterialOffsets(b.registered_mm, b.truth_mm)));
     EXPECT_NEAR(found, kSpeed_mm_s, 0.05 * kSpeed_mm_s) << frame;
   }
 }

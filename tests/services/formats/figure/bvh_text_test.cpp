@@ -31,7 +31,8 @@ TEST(BvhText, NamesMayHaveBlanks) {
   EXPECT_EQ(text.RestOfLine(), "left arm");
   EXPECT_EQ(text.Peek(), "{");
   EXPECT_FALSE(text.Take("}"));
-  EXPECT_THAT(text.Expect("offset").message(), HasSubstr("line 1: expected offset, found \"{\""));
+  EXPECT_THAT(std::string(text.Expect("offset").message()),
+              HasSubstr("line 1: expected offset, found \"{\""));
 }
 
 TEST(BvhText, NumbersAreFiniteAndHaveAPoint) {
@@ -41,8 +42,8 @@ TEST(BvhText, NumbersAreFiniteAndHaveAPoint) {
     ASSERT_TRUE(number.ok()) << number.status();
     EXPECT_EQ(*number, expected);
   }
-  EXPECT_THAT(text.Number("an angle").status().message(), HasSubstr("was the file truncated?"));
-  EXPECT_THAT(BvhText("1,5").Number("an angle").status().message(), HasSubstr("has a comma"));
+  EXPECT_THAT(std::string(text.Number("an angle").status().message()), HasSubstr("was the file truncated?"));
+  EXPECT_THAT(std::string(BvhText("1,5").Number("an angle").status().message()), HasSubstr("has a comma"));
   EXPECT_THAT(BvhText("1.5x").Number("an angle").status().message(),
               HasSubstr("is no number, expected an angle"));
   EXPECT_THAT(BvhText("\n\ninf").Number("an angle").status().message(),

@@ -22,7 +22,7 @@ TEST(FrameFolders, AFolderThatIsNotThereIsNamed) {
   const TempFolder folder;
   const absl::Status status = ListFrameFolders(folder / "gone", FrameFile::kReport).status();
   EXPECT_TRUE(absl::IsNotFound(status));
-  EXPECT_THAT(status.message(), ::testing::StartsWith(folder / "gone"));
+  EXPECT_THAT(std::string(status.message()), ::testing::StartsWith(folder / "gone"));
 }
 
 }  // namespace

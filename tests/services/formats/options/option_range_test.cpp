@@ -33,11 +33,12 @@ TEST(OptionRange, BoundsAreInOrOutAsTheRangeSays) {
   consensus.set_min_pair_angle_deg(0);
   EXPECT_TRUE(CheckRanges(options).ok());
   consensus.set_inlier_radius_mm(0);
-  EXPECT_THAT(CheckRanges(options).message(),
+  EXPECT_THAT(std::string(CheckRanges(options).message()),
               StartsWith("triangulation.consensus.inlier_radius_mm: 0 must be above 0, at most 1000"));
   consensus.set_inlier_radius_mm(1);
   consensus.set_min_pair_angle_deg(90);
-  EXPECT_THAT(CheckRanges(options).message(), StartsWith("triangulation.consensus.min_pair_angle_deg: 90"));
+  EXPECT_THAT(std::string(CheckRanges(options).message()),
+              StartsWith("triangulation.consensus.min_pair_angle_deg: 90"));
   consensus.set_min_pair_angle_deg(std::nan(""));
   EXPECT_FALSE(CheckRanges(options).ok());
 }

@@ -27,7 +27,7 @@ TEST(FramePieces, FilesThatAreNotThereAreListed) {
   EXPECT_THAT(pieces->missing, UnorderedElementsAre("observations.csv", "cloud.ply", "mesh.ply"));
   EXPECT_FALSE(pieces->mesh.has_value());
   WriteBytes(folder / "mesh.ply", "no mesh");
-  EXPECT_THAT(ReadFramePieces(folder.path()).status().message(), HasSubstr("mesh.ply"));
+  EXPECT_THAT(std::string(ReadFramePieces(folder.path()).status().message()), HasSubstr("mesh.ply"));
 }
 
 }  // namespace

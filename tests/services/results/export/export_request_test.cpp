@@ -45,9 +45,10 @@ TEST(ExportRequest, GltfHasItsAxesAndUnitBySpecification) {
 TEST(ExportRequest, NormalMapsNeedACoarserMesh) {
   EXPECT_TRUE(CheckNormalMap(0, 0).ok());
   EXPECT_TRUE(CheckNormalMap(64, 3).ok());
-  EXPECT_THAT(CheckNormalMap(64, 0).message(), StartsWith("--normal-map: holds what a coarser mesh lacks"));
-  EXPECT_THAT(CheckNormalMap(-1, 3).message(), StartsWith("--normal-map: must lie"));
-  EXPECT_THAT(CheckNormalMap(0, 2).message(), StartsWith("--max-vertices: "));
+  EXPECT_THAT(std::string(CheckNormalMap(64, 0).message()),
+              StartsWith("--normal-map: holds what a coarser mesh lacks"));
+  EXPECT_THAT(std::string(CheckNormalMap(-1, 3).message()), StartsWith("--normal-map: must lie"));
+  EXPECT_THAT(std::string(CheckNormalMap(0, 2).message()), StartsWith("--max-vertices: "));
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ TEST(Viewpoint, WhatLiesFlatIsSeenFromAbove) {
 }
 
 TEST(Viewpoint, RefusesWhatHasNoView) {
-  EXPECT_THAT(ViewpointOf({}, MeshSide::kFront, kWorldUp).status().message(), HasSubstr("no vertices"));
+  EXPECT_THAT(std::string(ViewpointOf({}, MeshSide::kFront, kWorldUp).status().message()),
+              HasSubstr("no vertices"));
   EXPECT_THAT(ViewpointOf({kWorldUp}, MeshSide::kFront, Eigen::Vector3d::Zero()).status().message(),
               HasSubstr("up: "));
   const Eigen::Vector3d endless(0, std::numeric_limits<double>::infinity(), 0);

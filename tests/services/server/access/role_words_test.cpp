@@ -5,7 +5,7 @@
 namespace weft {
 namespace {
 
-TEST(RoleWords, AreReadAsTheyAreWritten) {
+TEST(RoleWords, AreThoseOfTheList) {
   for (const v1::Role role : {v1::ROLE_VIEWER, v1::ROLE_CLIENT, v1::ROLE_OPERATOR, v1::ROLE_ADMIN}) {
     const absl::StatusOr<v1::Role> read = ParseRole(RoleWord(role));
     ASSERT_TRUE(read.ok()) << RoleWord(role);

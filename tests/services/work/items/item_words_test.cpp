@@ -22,10 +22,12 @@ TEST(ItemWords, ReferencesAreNamesVersionsOrHashes) {
 }
 
 TEST(ItemWords, OtherReferencesAreRefusedWithTheFault) {
-  EXPECT_THAT(ParseItemReference("sha256:abc").status().message(), HasSubstr("64 lower-case hex digits"));
-  EXPECT_THAT(ParseItemReference("dome@0").status().message(), HasSubstr("dome@2"));
-  EXPECT_THAT(ParseItemReference("dome@").status().message(), HasSubstr("item: the version \"\""));
-  EXPECT_THAT(ParseItemReference("@2").status().message(), HasSubstr("name: "));
+  EXPECT_THAT(std::string(ParseItemReference("sha256:abc").status().message()),
+              HasSubstr("64 lower-case hex digits"));
+  EXPECT_THAT(std::string(ParseItemReference("dome@0").status().message()), HasSubstr("dome@2"));
+  EXPECT_THAT(std::string(ParseItemReference("dome@").status().message()),
+              HasSubstr("item: the version \"\""));
+  EXPECT_THAT(std::string(ParseItemReference("@2").status().message()), HasSubstr("name: "));
 }
 
 TEST(ItemWords, NamesHaveAHundredPlainCharacters) {
@@ -52,7 +54,7 @@ TEST(ItemWords, KindsAreReadAsTheyAreWritten) {
     ASSERT_TRUE(read.ok()) << read.status();
     EXPECT_EQ(*read, kind);
   }
-  EXPECT_THAT(ParseItemKind("Rig").status().message(), HasSubstr("kind: \"Rig\" is none"));
+  EXPECT_THAT(std::string(ParseItemKind("Rig").status().message()), HasSubstr("kind: \"Rig\" is none"));
   EXPECT_FALSE(CheckItemKind(v1::ITEM_KIND_UNSPECIFIED).ok());
   EXPECT_FALSE(CheckItemKind(static_cast<v1::ItemKind>(99)).ok());
 }

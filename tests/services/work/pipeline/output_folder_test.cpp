@@ -25,16 +25,18 @@ TEST(OutputFolder, ResultsStayOutOfWhatIsRead) {
   const std::string dump = folder / "takes/take";
   EXPECT_TRUE(CheckOut(dump, folder / "results").ok());
   EXPECT_TRUE(CheckOut(dump, folder / "takes/take2").ok());
-  EXPECT_THAT(CheckOut(dump, folder / "takes/take/out").message(), HasSubstr("lies in the folder of"));
-  EXPECT_THAT(CheckOut(dump, dump + "/").message(), HasSubstr("lies in the folder of"));
-  EXPECT_THAT(CheckOut(dump, folder / "takes").message(), HasSubstr("contains"));
+  EXPECT_THAT(std::string(CheckOut(dump, folder / "takes/take/out").message()),
+              HasSubstr("lies in the folder of"));
+  EXPECT_THAT(std::string(CheckOut(dump, dump + "/").message()), HasSubstr("lies in the folder of"));
+  EXPECT_THAT(std::string(CheckOut(dump, folder / "takes").message()), HasSubstr("contains"));
 }
 
 TEST(OutputFolder, LinksDoNotHideAnInput) {
   const TempFolder folder;
   std::filesystem::create_directory(folder / "take");
   std::filesystem::create_directory_symlink(folder / "take", folder / "link");
-  EXPECT_THAT(CheckOut(folder / "take", folder / "link/out").message(), HasSubstr("lies in the folder of"));
+  EXPECT_THAT(std::string(CheckOut(folder / "take", folder / "link/out").message()),
+              HasSubstr("lies in the folder of"));
 }
 
 TEST(OutputFolder, IsMadeAndNamedWithoutLinks) {

@@ -34,7 +34,8 @@ TEST(SlurmCommands, TheCommandThatIsMissingIsNamed) {
   const TempFolder folder;
   const absl::Status status = SlurmCommands::Find(folder.path()).status();
   EXPECT_TRUE(absl::IsNotFound(status));
-  EXPECT_THAT(status.message(), ::testing::StartsWith("sbatch: no such program in " + folder.path()));
+  EXPECT_THAT(std::string(status.message()),
+              ::testing::StartsWith("sbatch: no such program in " + folder.path()));
 }
 
 }  // namespace

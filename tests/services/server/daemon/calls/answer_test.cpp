@@ -25,10 +25,10 @@ TEST(DaemonAnswer, HandsOnWhatTheHandlerSays) {
 TEST(DaemonAnswer, MakesExceptionsTheCallsOwnError) {
   const grpc::Status thrown = Answer("Test", []() -> absl::Status { throw std::runtime_error("bad page"); });
   EXPECT_EQ(thrown.error_code(), grpc::StatusCode::INTERNAL);
-  EXPECT_THAT(thrown.error_message(), HasSubstr("bad page"));
+  EXPECT_THAT(std::string(thrown.error_message()), HasSubstr("bad page"));
   const grpc::Status full = Answer("Test", []() -> absl::Status { throw std::bad_alloc(); });
   EXPECT_EQ(full.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_THAT(full.error_message(), HasSubstr("out of memory"));
+  EXPECT_THAT(std::string(full.error_message()), HasSubstr("out of memory"));
 }
 
 TEST(DaemonAnswer, AssignsOnlyWhatThereIs) {
