@@ -1,6 +1,7 @@
 """Which values the goals of avatar_goals.json get from scores."""
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,19 @@ class Goals(unittest.TestCase):
         self.assertIn("missed", missed.stdout)
         self.assertEqual(run(score("test-known", 2, "driven", 1.5, ms_a_frame=50)).returncode, 0)
         self.assertIn("has no scores that a goal is about", run(score("validate", 2, "driven", 1)).stderr)
+
+    def test_an_avatar_has_a_size(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, kilobytes in (("space.bin", 7000), ("net.onnx", 4000)):
+                with open(os.path.join(folder, name), "wb") as file:
+                    file.write(bytes(1000 * kilobytes))
+            evaluation = os.path.join(folder, "none.json")
+            with open(evaluation, "w", encoding="utf-8") as file:
+                file.write('{"scores": []}')
+            done = subprocess.run([sys.executable, avatar_goals.__file__, evaluation, "--avatar", folder], capture_output=True,
+                                  text=True, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout, r"A14 +size of the avatar, MB +11\.000 +10 +6  missed")
 
 
 if __name__ == "__main__":

@@ -40,11 +40,7 @@ namespace weft {
 namespace {
 
 v1::Job NewDriveJob(const v1::RegistrationSpec& spec, const DriveInputs& inputs) {
-  v1::Job job;
-  job.set_id(absl::StrCat("local-", HostTime_ns() / 1'000'000'000));
-  *job.mutable_spec() = spec;
-  *job.mutable_inputs() = inputs.hashes;
-  job.mutable_warnings()->Add(inputs.warnings.begin(), inputs.warnings.end());
+  v1::Job job = NewLocalJob(spec, inputs.hashes, inputs.warnings);
   *job.mutable_driven() = DescribeDriving(spec, inputs);
   return job;
 }

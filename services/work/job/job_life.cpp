@@ -47,6 +47,16 @@ void TellOfRedone(const JobFrames& frames, v1::Job& job) {
 
 }  // namespace
 
+v1::Job NewLocalJob(const v1::RegistrationSpec& spec, const v1::InputHashes& inputs,
+                    const std::vector<std::string>& warnings) {
+  v1::Job job;
+  job.set_id(absl::StrCat("local-", HostTime_ns() / 1'000'000'000));
+  *job.mutable_spec() = spec;
+  *job.mutable_inputs() = inputs;
+  job.mutable_warnings()->Add(warnings.begin(), warnings.end());
+  return job;
+}
+
 JobLife::JobLife(v1::Job job, const std::vector<std::string>& frames)
     : job_(std::move(job)), frames_(Waiting(frames)) {
   job_.set_state(v1::JOB_STATE_QUEUED);

@@ -16,6 +16,10 @@
 
 namespace weft {
 
+// A job that this process computes itself, whose frames are still to come.
+v1::Job NewLocalJob(const v1::RegistrationSpec& spec, const v1::InputHashes& inputs,
+                    const std::vector<std::string>& warnings);
+
 // Thread safety: none.
 class JobLife {
  public:

@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
-#include "base/host_clock.h"
 #include "base/status_macros.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_verdict.h"
@@ -23,11 +21,7 @@ namespace {
 constexpr std::chrono::seconds kLockTimeout{2};
 
 v1::Job NewJob(const v1::RegistrationSpec& spec, const LoadedInputs& inputs) {
-  v1::Job job;
-  job.set_id(absl::StrCat("local-", HostTime_ns() / 1'000'000'000));
-  *job.mutable_spec() = spec;
-  *job.mutable_inputs() = inputs.hashes;
-  job.mutable_warnings()->Add(inputs.warnings.begin(), inputs.warnings.end());
+  v1::Job job = NewLocalJob(spec, inputs.hashes, inputs.warnings);
   if (inputs.driven) *job.mutable_driven() = *inputs.driven;
   return job;
 }

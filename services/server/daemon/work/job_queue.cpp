@@ -52,12 +52,11 @@ JobQueue::JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executo
               .checks_results = static_cast<bool>(options_.find_incomplete),
               .threads_per_worker = options_.threads_per_worker}) {
   store_ = std::make_unique<JobStore>(
-      std::move(catalogue),
-      [this](const std::string& id) -> std::optional<std::pair<v1::Job, std::vector<v1::FrameInfo>>> {
+      std::move(catalogue), [this](const std::string& id) -> std::optional<std::vector<v1::FrameInfo>> {
         const Lock lock(mutex_);
         const JobRef job = table_.Find(id);
         if (job == nullptr) return std::nullopt;
-        return std::pair(job->outcome ? *job->outcome : job->life.Describe(), job->infos());
+        return job->infos();
       });
 }
 
@@ -101,7 +100,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   absl::Status named;
   if (damaged) named = NameFrames(options_, job, infos);
   const JobRef ref = table_.Resume(JobLife(std::move(job), std::move(infos)), Now());
-  files_.emplace(ref, std::make_unique<JobFiles>(ref->job()));
+  files_.emplace(ref, std::make_shared<JobFiles>(ref->job()));
   if (damaged && named.ok()) table_.Rewrite(ref);
   if (!named.ok()) table_.Abort(ref, v1::JOB_STATE_FAILED, std::string(named.message()));
 }
@@ -160,7 +159,7 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   }
   spdlog::info("job {}: {} frames of {}, results to {}", ref->id(), frames.size(), ref->job().spec().dump(),
                ref->job().spec().out());
-  files_.emplace(ref, std::make_unique<JobFiles>(ref->job()));
+  files_.emplace(ref, std::make_shared<JobFiles>(ref->job()));
   table_.Activate(ref, Now());
   Settle(lock);
   return absl::OkStatus();
@@ -209,7 +208,7 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id, v1::Role role
     return written;
   }
   spdlog::info("job {} is retried: {} frames left", job_id, again->life.frames().FramesLeft());
-  files_.emplace(again, std::make_unique<JobFiles>(again->job()));
+  files_.emplace(again, std::make_shared<JobFiles>(again->job()));
   table_.Activate(again, Now());
   job = again->life.Describe();
   Settle(lock);
@@ -248,20 +247,20 @@ void JobQueue::OnSaved(const JobRef& job) {
   table_.Saved(job);
   job_ended_.notify_all();
   ForgetIfUnwatched(job);
-  SettleAtOnce(lock);
+  Settle(lock, Telling::kAtOnce);
 }
 
 void JobQueue::OnRefused(const JobRef& job, const std::string& why) {
   Lock lock(mutex_);
   table_.CouldNotSave(job, why);
-  SettleAtOnce(lock);
+  Settle(lock, Telling::kAtOnce);
 }
 
 void JobQueue::StartTasks() {
   while (const std::optional<PlannedTask> planned = table_.NextTask(executor_->slots(), executor_->shape())) {
     const absl::Status started = executor_->Start(planned->task, ListenerOf(planned->task.id()));
     if (!started.ok()) {
-      table_.CouldNotBegin(*planned, std::string(started.message()));
+      table_.CouldNotBegin(*planned, std::string(started.message()), Now());
       break;
     }
     table_.Began(*planned, executor_->LogFolder(planned->job->id()), Now());
@@ -286,20 +285,11 @@ bool JobQueue::DoEffects() {
   for (const auto& [job, positions] : effects.changed) {
     std::map<size_t, v1::FrameInfo> frames;
     for (const size_t position : positions) frames.emplace(position, job->infos()[position]);
-    store_->Put(job->life.Describe(), frames);
-    to_flush_.insert(job->id());
-    Publish(job);
-  }
-  for (const JobRef& job : effects.changed_whole) {
-    std::map<size_t, v1::FrameInfo> frames;
-    for (size_t position = 0; position < job->infos().size(); ++position)
-      frames.emplace(position, job->infos()[position]);
-    store_->Put(job->life.Describe(), frames);
+    store_->Put(job->LastState(), frames);
     to_flush_.insert(job->id());
     Publish(job);
   }
   for (const JobRef& job : effects.concluded) {
-    files_.at(job)->folder.LetGo();
     store_->PutLast(
         *job->outcome, job->infos(), [this, job] { OnSaved(job); },
         [this, job](const std::string& why) { OnRefused(job, why); });
@@ -307,28 +297,17 @@ bool JobQueue::DoEffects() {
   for (const JobRef& job : effects.shown) Publish(job);
   for (const auto& [job, what] : effects.files) Defer(job, what);
   for (const JobEffects::Quarantined& one : effects.quarantined) DeferReport(one);
-  return !effects.log.empty() || !effects.stop_tasks.empty() || !effects.changed.empty() ||
-         !effects.changed_whole.empty() || !effects.concluded.empty() || !effects.shown.empty() ||
-         !effects.files.empty() || !effects.quarantined.empty();
+  return !effects.empty();
 }
 
-void JobQueue::SettleAtOnce(Lock& lock) {
+void JobQueue::Settle(Lock& lock, Telling telling) {
   do {
     StartTasks();
   } while (DoEffects());
   deferred_changed_.notify_all();  // something may be due at another time
   const std::vector<std::function<void()>> to_call = std::exchange(to_call_, {});
-  lock.unlock();
-  for (const auto& call : to_call) call();
-}
-
-void JobQueue::Settle(Lock& lock) {
-  do {
-    StartTasks();
-  } while (DoEffects());
-  deferred_changed_.notify_all();
-  const std::vector<std::function<void()>> to_call = std::exchange(to_call_, {});
-  const std::set<std::string> to_flush = std::exchange(to_flush_, {});
+  std::set<std::string> to_flush;
+  if (telling == Telling::kWhenWritten) to_flush.swap(to_flush_);
   lock.unlock();
   for (const std::string& job : to_flush) store_->Flush(job, kFlushTimeout).IgnoreError();
   for (const auto& call : to_call) call();

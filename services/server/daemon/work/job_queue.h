@@ -56,8 +56,8 @@ struct JobQueueOptions {
 };
 
 // Schedules what JobTable decides: it starts tasks, reads and writes folders in the background, has states
-// written down (JobStore) and those who watch notified (JobWatchers). No file is read or written under its
-// lock. Thread safety: any thread may call any function.
+// written down (JobStore) and those who watch notified (JobWatchers). Once it is made, no file is read or
+// written under its lock. Thread safety: any thread may call any function.
 class JobQueue {
  public:
   // Takes up the catalogue's unfinished jobs where they stopped. Errors of the catalogue.
@@ -147,12 +147,12 @@ class JobQueue {
   std::optional<TaskListener> TakeUpTask(const v1::Task& task) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   TaskListener ListenerOf(const std::string& task_id);
 
-  // Does what follows from the table's changes, and lets go of the lock. Those who watch are told of what is
-  // on the disk, so that a daemon that is killed remembers it; where a disk takes nothing they are told as
-  // well.
-  void Settle(Lock& lock) ABSL_UNLOCK_FUNCTION(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
-  // Without that: for the store's own thread.
-  void SettleAtOnce(Lock& lock) ABSL_UNLOCK_FUNCTION(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
+  // When those who watch are told of a state: so that a daemon that is killed remembers what it told, or, by
+  // the store's own thread, without waiting for itself. What a disk refuses is told all the same.
+  enum class Telling { kWhenWritten, kAtOnce };
+  // Does what follows from the table's changes, and lets go of the lock.
+  void Settle(Lock& lock, Telling telling = Telling::kWhenWritten)
+      ABSL_UNLOCK_FUNCTION(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
   void StartTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool DoEffects() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Publish(const JobRef& job) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -177,12 +177,12 @@ class JobQueue {
   const JobQueueOptions options_;
   PublishedJobs published_;
 
-  Mutex retrying_;  // before mutex_
+  Mutex retrying_, forgetting_;  // in this order, and before mutex_
   Mutex mutex_;
   std::condition_variable_any job_ended_, deferred_changed_;
   JobTable table_ ABSL_GUARDED_BY(mutex_);
   JobWatchers watchers_ ABSL_GUARDED_BY(mutex_);
-  std::map<JobRef, std::unique_ptr<JobFiles>> files_ ABSL_GUARDED_BY(mutex_);  // of unfinished jobs
+  std::map<JobRef, std::shared_ptr<JobFiles>> files_ ABSL_GUARDED_BY(mutex_);  // of unfinished jobs
   std::vector<std::function<void()>> to_call_ ABSL_GUARDED_BY(mutex_);         // those who watch
   std::set<std::string> to_flush_ ABSL_GUARDED_BY(mutex_);                     // jobs that were put
   std::list<Deferred> deferred_ ABSL_GUARDED_BY(mutex_);

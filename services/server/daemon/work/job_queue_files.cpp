@@ -42,7 +42,7 @@ void JobQueue::DeferReport(const JobEffects::Quarantined& frame) {
 void JobQueue::Defer(const JobRef& job, FilesWork what) {
   const auto found = files_.find(job);
   if (found == files_.end()) return;
-  JobFiles* const files = found->second.get();
+  const std::shared_ptr<JobFiles> files = found->second;  // the job may end before its turn comes
   const auto work = [&]() -> std::function<void()> {
     switch (what) {
       case FilesWork::kTakeFolder:
@@ -92,6 +92,7 @@ void JobQueue::WriteResults(const JobRef& job, JobFiles& files) {
   }
   absl::Status written = files.folder.Finish(job->infos(), options_.endings, outcome);
   if (written.ok()) written = options_.on_end(outcome);
+  if (!absl::IsResourceExhausted(written)) files.folder.LetGo();  // otherwise it comes back
   Lock lock(mutex_);
   table_.OnFinished(job, std::move(outcome), written, std::chrono::steady_clock::now());
   Settle(lock);

@@ -8,6 +8,7 @@ namespace weft {
 
 absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
   if (std::optional<v1::Job> job = published_.Find(job_id)) return *std::move(job);
+  const MutexLock still_there(forgetting_);  // or what was forgotten meanwhile would be published
   absl::StatusOr<v1::Job> job = store_->Read(job_id);
   const Lock lock(mutex_);
   if (const JobRef live = table_.Find(job_id)) return live->life.Describe();
@@ -26,9 +27,9 @@ absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& j
 
 absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit, const std::string& older_than) {
   WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> jobs, store_->List(limit, older_than));
-  const Lock lock(mutex_);
+  // One that ended since it was read is as it ended.
   for (v1::Job& job : jobs) {
-    if (const JobRef live = table_.Find(job.id())) job = live->life.Describe();
+    if (std::optional<v1::Job> newest = published_.Find(job.id())) job = *std::move(newest);
   }
   return jobs;
 }

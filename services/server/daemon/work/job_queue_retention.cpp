@@ -74,8 +74,11 @@ absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_u
     if (folder.empty()) continue;
     WEFT_RETURN_IF_ERROR(PutAside(folder, kForgottenPrefix));
   }
-  WEFT_RETURN_IF_ERROR(store_->Remove(job_id));
-  published_.Remove(job_id);
+  {
+    const MutexLock nobody_reads(forgetting_);
+    WEFT_RETURN_IF_ERROR(store_->Remove(job_id));
+    published_.Remove(job_id);
+  }
   for (const std::string& folder : OwnFolders()) RemoveForgotten(folder);
   return absl::OkStatus();
 }

@@ -152,10 +152,10 @@ absl::Status JobStore::Write(const v1::Job& job, const std::map<size_t, v1::Fram
     if (!absl::IsNotFound(status)) return status;
   }
   // Its row was damaged while the daemon ran.
-  const auto all = snapshot_(job.id());
+  const std::optional<std::vector<v1::FrameInfo>> all = snapshot_(job.id());
   if (!all) return absl::OkStatus();
   const MutexLock disk(disk_);
-  return catalogue_->AddJob(job, all->second);
+  return catalogue_->AddJob(job, *all);
 }
 
 void JobStore::NoteWritten(const absl::Status& status) {
@@ -182,12 +182,7 @@ bool JobStore::WriteNext(MutexLock<Mutex>& lock) {
   while (next == pending_.end() || !next->second.is_changed)
     next = next == pending_.end() ? pending_.begin() : std::next(next);
   const std::string id = last_tried_ = next->first;
-  next->second.is_changed = false;
-  next->second.is_writing = true;
-  const Pending writing = std::exchange(next->second, {.job = next->second.job,
-                                                       .is_writing = true,
-                                                       .written = next->second.written,
-                                                       .refused = next->second.refused});
+  const Pending writing = std::exchange(next->second, {.job = next->second.job, .is_writing = true});
   lock.unlock();
   const absl::Status status = Write(writing.job, writing.frames);
   if (status.ok() && writing.written) writing.written();
@@ -199,7 +194,9 @@ bool JobStore::WriteNext(MutexLock<Mutex>& lock) {
   now.was_refused = !status.ok();
   if (!status.ok()) {
     now.is_changed = true;
-    now.frames.insert(writing.frames.begin(), writing.frames.end());  // not over newer ones
+    // Not over newer ones.
+    now.frames.insert(writing.frames.begin(), writing.frames.end());
+    if (!now.written) now.written = writing.written, now.refused = writing.refused;
   } else if (writing.written && !now.is_changed) {
     pending_.erase(id);
     PlanBackup();

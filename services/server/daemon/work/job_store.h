@@ -25,9 +25,9 @@ namespace weft {
 // Thread safety: any thread may call any function.
 class JobStore {
  public:
-  // All that is known of a job now, where its row was damaged while it ran. Called from the store's thread.
-  using Snapshot =
-      std::function<std::optional<std::pair<v1::Job, std::vector<v1::FrameInfo>>>(const std::string& job_id)>;
+  // All frames of a job as they are now, where its row was damaged while it ran; none: it is known no more.
+  // Called from the store's thread.
+  using Snapshot = std::function<std::optional<std::vector<v1::FrameInfo>>(const std::string& job_id)>;
   JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot);
   ~JobStore() { Stop(); }
   // Writes what is left, where the disk takes it, and a last backup. What is put from now on is not written.

@@ -200,8 +200,8 @@ void JobTable::ChangeJob(const JobRef& job) {
 }
 
 void JobTable::ChangeAll(const JobRef& job) {
-  ++job->version;
-  effects_.changed_whole.push_back(job);
+  ChangeJob(job);
+  for (size_t position = 0; position < job->infos().size(); ++position) ChangeFrame(job, position);
 }
 
 void JobTable::Show(const JobRef& job) { effects_.shown.push_back(job); }

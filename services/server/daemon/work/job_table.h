@@ -16,6 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/take/take_progress.h"
+#include "services/server/access/call_limits.h"
 #include "services/server/callers/turns.h"
 #include "services/work/executor/executor.h"
 #include "services/work/job/job_life.h"
@@ -34,6 +35,8 @@ struct TableJob {
   const std::string& id() const { return life.job().id(); }
   const std::string& caller() const { return life.job().submitted_by(); }
   const std::vector<v1::FrameInfo>& infos() const { return life.frames().infos(); }
+  // What is to be written down of it: its outcome, once it has one.
+  v1::Job LastState() const { return outcome ? *outcome : life.Describe(); }
 
   JobLife life;
   bool reserved = true;            // it is not written down yet: nobody sees it, no task begins
@@ -67,18 +70,22 @@ struct JobEffects {
   };
 
   std::map<JobRef, std::set<size_t>> changed;  // jobs to be written down, with these frames
-  std::vector<JobRef> changed_whole;           // with all of their frames
   std::vector<JobRef> concluded;               // their outcome, with all frames; then Saved
   std::vector<JobRef> shown;                   // for watchers alone
   std::vector<std::string> stop_tasks;
   std::vector<std::pair<JobRef, Files>> files;  // to be read or written, for one job after the other
   std::vector<Quarantined> quarantined;         // frames that get a report
   std::vector<std::pair<Level, std::string>> log;
+
+  bool empty() const {
+    return changed.empty() && concluded.empty() && shown.empty() && stop_tasks.empty() && files.empty() &&
+           quarantined.empty() && log.empty();
+  }
 };
 
 struct JobTableOptions {
-  int max_of_one_caller = 300;  // unfinished jobs
-  bool checks_results = true;   // before a job is done
+  int max_of_one_caller = CallerLimits().jobs;  // unfinished
+  bool checks_results = true;                   // before a job is done
   int threads_per_worker = 1;
 };
 
@@ -131,7 +138,8 @@ class JobTable {
   // No further NextTask for now: folders are taken anew before the next one.
   void EndRound();
   void Began(const PlannedTask& task, const std::string& task_logs, JobTime now);
-  void CouldNotBegin(const PlannedTask& task, const std::string& why);
+  // Its job waits a moment, and longer each time.
+  void CouldNotBegin(const PlannedTask& task, const std::string& why, JobTime now);
   // A task that the daemon before this one started, and that runs on. False: no job waits for a frame of it.
   bool TakeUp(const v1::Task& task, const std::string& task_logs, JobTime now);
   void OnEvent(const std::string& task_id, const v1::WorkerEvent& event, int64_t host_time_ns);

@@ -21,6 +21,7 @@ constexpr double kSilent_s = 10;
 
 void JobTable::OnFolderTaken(const JobRef& job, const absl::Status& status, JobTime now) {
   job->taking_folder = false;
+  if (job->life.is_aborted()) return;  // meanwhile; it ends without tasks
   job->has_folder = status.ok();
   if (absl::IsResourceExhausted(status)) {
     WaitForRoom(job, std::string(status.message()), now);

@@ -119,13 +119,14 @@ void JobTable::Began(const PlannedTask& planned, const std::string& task_logs, J
   if (planned.job->life.Start()) ChangeJob(planned.job);
 }
 
-void JobTable::CouldNotBegin(const PlannedTask& planned, const std::string& why) {
+void JobTable::CouldNotBegin(const PlannedTask& planned, const std::string& why, JobTime now) {
   const auto found = tasks_.find(planned.task.id());
   if (found == tasks_.end()) return;
   Log(JobEffects::Level::kError, absl::StrCat("task ", planned.task.id(), " cannot be started: ", why));
   for (const size_t position : found->second->positions)
     planned.job->life.frames().Requeue(position, JobFrames::Attempt::kRefunded);
   tasks_.erase(found);
+  WaitForRoom(planned.job, why, now);
 }
 
 bool JobTable::TakeUp(const v1::Task& task, const std::string& task_logs, JobTime now) {

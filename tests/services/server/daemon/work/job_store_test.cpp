@@ -79,12 +79,14 @@ TEST_F(JobStoreTest, TellsWhenTheLastStateIsOnTheDisk) {
   EXPECT_EQ(store->Ended(0, 10)->size(), 1u);
   ASSERT_TRUE(store->Replace(JobOf("a", v1::JOB_STATE_QUEUED), {Frame("0", v1::FRAME_STATE_WAITING)}).ok());
   EXPECT_EQ(store->List(10, "")->front().state(), v1::JOB_STATE_QUEUED);
+  store->Put(JobOf("a"), {});  // it runs again
+  ASSERT_TRUE(store->Flush("a", enough_).ok());
+  EXPECT_EQ(written, 1) << "once for each end";
 }
 
 TEST_F(JobStoreTest, ARowThatIsGoneIsMadeAnewFromWhatIsKnown) {
-  const auto store = Open([](const std::string& id) {
-    return std::pair(JobOf(id),
-                     std::vector{Frame("0", v1::FRAME_STATE_DONE), Frame("1", v1::FRAME_STATE_RUNNING)});
+  const auto store = Open([](const std::string&) {
+    return std::vector{Frame("0", v1::FRAME_STATE_DONE), Frame("1", v1::FRAME_STATE_RUNNING)};
   });
   store->Put(JobOf("a"), {{1, Frame("1", v1::FRAME_STATE_RUNNING)}});
   ASSERT_TRUE(store->Flush("a", enough_).ok());

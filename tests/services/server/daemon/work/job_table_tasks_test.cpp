@@ -190,11 +190,15 @@ TEST_F(JobTableTasksTest, ATaskThatCannotBeStartedGivesItsFramesBack) {
   EXPECT_FALSE(Next());
   table_.OnFolderTaken(job, absl::OkStatus(), now_);
   const auto task = Next();
-  table_.CouldNotBegin(*task, "no slot");
-  table_.CouldNotBegin(*task, "no slot");
+  table_.CouldNotBegin(*task, "no slot", now_);
+  table_.CouldNotBegin(*task, "no slot", now_);
   table_.Began(*task, "", now_);  // it is gone
   EXPECT_EQ(job->job().state(), v1::JOB_STATE_QUEUED);
   EXPECT_THAT(States(job), Each(v1::FRAME_STATE_WAITING));
+  EXPECT_FALSE(Begin()) << "not again and again";
+  EXPECT_THAT(job->job().message(), HasSubstr("no slot"));
+  Pass(std::chrono::seconds(1));
+  table_.DoWhatIsDue(now_);
   EXPECT_TRUE(Begin());
 }
 
@@ -330,7 +334,7 @@ TEST_F(LiveTableTest, LooksAtItsTakeUntilThatIsClosed) {
   EXPECT_TRUE(job_->life.following()) << "while a task runs";
   End(*task);
   EXPECT_FALSE(job_->life.following());
-  EXPECT_THAT(Effects().changed_whole, ElementsAre(job_));
+  EXPECT_THAT(Effects().changed.at(job_), ElementsAre(0, 1, 2));
   EXPECT_EQ(StateOf(job_, 0), v1::FRAME_STATE_WAITING) << "to be refined";
   FinishAll(job_);
   EXPECT_TRUE(job_->checking);

@@ -250,6 +250,32 @@ TEST_F(JobTableTest, AbortEndsAJobThatWaitsAtOnce) {
   EXPECT_EQ(job->job().state(), v1::JOB_STATE_CANCELLED);
 }
 
+TEST_F(JobTableTest, AnOutcomeStaysWhatIsWrittenDown) {
+  const JobRef job = Add(NewJob("a"), 1);
+  FinishAll(job);
+  table_.OnChecked(job, std::vector<IncompleteFrame>{}, now_);
+  EXPECT_EQ(job->LastState().state(), v1::JOB_STATE_RUNNING);
+  table_.OnFinished(job, table_.Outcome(job, {}), absl::OkStatus(), now_);
+  Effects();
+  table_.SetPriority(job, 5);  // before its end is on the disk
+  EXPECT_TRUE(Effects().changed.contains(job));
+  EXPECT_EQ(job->LastState().state(), v1::JOB_STATE_DONE);
+}
+
+TEST_F(JobTableTest, AFolderThatComesAfterTheAbortChangesNothing) {
+  for (const absl::Status& status : {absl::OkStatus(), absl::ResourceExhaustedError("no room")}) {
+    const JobRef job = Add(NewJob("a"));
+    EXPECT_FALSE(Next());
+    table_.Abort(job, v1::JOB_STATE_CANCELLED, "cancelled");
+    table_.OnFolderTaken(job, status, now_);
+    EXPECT_EQ(job->job().message(), "being cancelled");
+    EXPECT_FALSE(job->start_again);
+    EXPECT_FALSE(job->taking_folder || job->has_folder);
+    Conclude(job);
+    table_.Forget(job);
+  }
+}
+
 TEST_F(JobTableTest, AbortStopsTasksAndEndsWhenTheyHaveEnded) {
   shape_.most_frames = 2;
   const JobRef job = Add(NewJob("a"), 4);
@@ -311,7 +337,7 @@ TEST_F(JobTableTest, EndedJobsAreFoundForThoseWhoWatch) {
   table_.Forget(ended);
   EXPECT_EQ(table_.Find("a"), again);
   table_.Rewrite(again);
-  EXPECT_THAT(Effects().changed_whole, ElementsAre(again));
+  EXPECT_THAT(Effects().changed.at(again), ElementsAre(0));
 }
 
 TEST_F(JobTableTest, WithoutAnybodyWhoChecksResultsAreTrusted) {
