@@ -103,7 +103,7 @@ class State {
     weft::OperationQueueOptions options;
     options.folder = folder_ / "operations";
     options.program = folder_ / "no_such_program";
-    options.resolve = [](const std::string&, const std::string& value) -> absl::StatusOr<std::string> {
+    options.resolve = [](const std::string&, auto, const std::string& value) -> absl::StatusOr<std::string> {
       return value;
     };
     options.adopt_take = [](const std::string&, const std::string&) { return absl::OkStatus(); };

@@ -14,12 +14,19 @@ PAGES = os.path.join(BUILT, "dist")
 MODULES = os.path.abspath(os.path.join(BUILT, "node_modules"))
 
 
-def need_browser():
-    """Skips tests where there is none, or where the console's pages were not built."""
+def why_no_browser():
+    """Empty where there is one, and the console's pages were built."""
     if not os.path.exists("/usr/bin/chromium") or not shutil.which("node"):
-        raise unittest.SkipTest("chromium or node is not installed")
+        return "chromium or node is not installed"
     if not os.path.exists(os.path.join(PAGES, "index.html")) or not os.path.exists(os.path.join(MODULES, "playwright-core")):
-        raise unittest.SkipTest("the console's pages were not built")
+        return "the console's pages were not built"
+    return ""
+
+
+def need_browser():
+    """Skips tests where there is none."""
+    if why_no_browser():
+        raise unittest.SkipTest(why_no_browser())
 
 
 class Browser:

@@ -27,8 +27,8 @@ class ConsoleDaemon(DaemonProcess):
         os.mkdir(self.path("state"), mode=0o700)
         self.port = free_port()
 
-    def begin(self):
-        self.start_plainly("--console", f"127.0.0.1:{self.port}", "--workers", "1")
+    def begin(self, *more):
+        self.start_plainly("--console", f"127.0.0.1:{self.port}", "--workers", "1", *more)
 
     def token(self, name, role):
         return weft("access", "token", name, "--role", role, "--state", self.path("state"), check=0).stdout.strip()

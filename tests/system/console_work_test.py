@@ -94,7 +94,7 @@ class ConsoleWork(ConsoleDaemon, StudioTest):
         self.look(page, "operation")
         page.page("goBack")
         page.role("button", "Evaluate")
-        page.order(find=["getByLabel", "Quick: fewer samples", {"exact": True}], do="check", args=[])
+        page.order(find=["getByLabel", "Quick: without distortion and texture drift", {"exact": True}], do="check", args=[])
         page.css("dialog button.main", "click")
         page.see("report.html", "tr")
         page.see("report.html", "a.row")

@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Role } from "@api/access_pb";
 import type { FrameInfo, Job } from "@api/job_pb";
@@ -15,9 +16,9 @@ import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
 import { durationText, percentText, timeText } from "../ui/format";
 import { Facts, Failure, Page, Progress, VerdictBox, Waiting, Warnings } from "../ui/parts";
-import { FRAME_STATES, JobStateBadge, hasEnded, shareDone, shortName } from "../ui/states";
+import { FRAME_STATES, JobStateBadge, doneWord, hasEnded, jobName, shareDone } from "../ui/states";
 import { FramePanel } from "./frame";
-import { ExportDialog, EvaluateDialog } from "./operation_dialogs";
+import { OfJobDialog } from "./work_dialogs";
 import { cancelQuestion } from "./jobs";
 
 /** All frames of a job, kept up to date by its stream. */
@@ -82,7 +83,7 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
   const chosenFrame = frames.find((frame) => frame.frame === chosen);
   return (
     <Page
-      title={`Registration of ${shortName(job.spec?.dump ?? "")}`}
+      title={job.spec?.work ? jobName(job) : `Registration of ${jobName(job)}`}
       actions={
         <>
           <a href={hrefOf("jobs", id, "player")}>View in 3D</a>
@@ -124,7 +125,7 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
           ["State", <JobStateBadge state={job.state} />],
           ["Progress", <Progress share={shareDone(job)} label="Frames done" />],
           ["Left", !ended && job.remainingS >= 0 && durationText(job.remainingS)],
-          ["Frames", `${(counts?.done ?? 0) + (counts?.degraded ?? 0)} of ${counts?.total ?? 0} ${job.spec?.driving ? "driven" : "registered"}`],
+          ["Frames", `${(counts?.done ?? 0) + (counts?.degraded ?? 0)} of ${counts?.total ?? 0} ${doneWord(job)}`],
           ["Failed", <span class={counts?.failed ? "bad-text" : ""}>{counts?.failed ?? 0}</span>],
           ["Kept from before", counts?.reused ? `${counts.reused}` : ""],
           ["Cloth that is seen", job.live && !job.spec?.driving ? percentText(job.live.coverage) : ""],
@@ -132,8 +133,9 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
           ["Submitted", `${timeText(job.createdUnixNs)} by ${job.submittedBy}`],
           ["Ended", timeText(job.finishedUnixNs)],
           ["Processor time", job.usage?.coreS ? durationText(job.usage.coreS) : ""],
-          ["Rig", <Input kind={ItemKind.RIG} value={job.spec?.rig ?? ""} />],
-          ["Template", <Input kind={ItemKind.TEMPLATE} value={job.spec?.garment ?? ""} />],
+          ...[...(job.spec?.work?.inputs ?? []), ...(job.spec?.work?.options ?? [])].map(({ name, value }): [string, ComponentChildren] => [name, <code>{value || "yes"}</code>]),
+          ["Rig", job.spec?.rig && <Input kind={ItemKind.RIG} value={job.spec.rig} />],
+          ["Template", job.spec?.garment && <Input kind={ItemKind.TEMPLATE} value={job.spec.garment} />],
           ["Avatar", job.spec?.driving ? <Input kind={ItemKind.AVATAR} value={job.spec.driving.avatar} /> : ""],
           ["Results", <code>{job.spec?.out}</code>],
         ]}
@@ -142,8 +144,7 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
       <FrameStrip frames={frames} chosen={chosen} onChoose={setChosen} />
       {chosenFrame && <FramePanel key={chosenFrame.frame + chosenFrame.state} job={job} frame={chosenFrame} />}
       {question && <Ask question={question} onClose={() => setQuestion(null)} />}
-      {dialog === "export" && <ExportDialog jobId={id} onClose={() => setDialog(null)} />}
-      {dialog === "evaluate" && <EvaluateDialog jobId={id} onClose={() => setDialog(null)} />}
+      {(dialog === "export" || dialog === "evaluate") && <OfJobDialog name={dialog} jobId={id} onClose={() => setDialog(null)} />}
     </Page>
   );
 }

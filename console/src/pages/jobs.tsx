@@ -3,6 +3,8 @@ import { Role } from "@api/access_pb";
 import { JobState } from "@api/job_pb";
 import type { Job } from "@api/job_pb";
 import { Jobs } from "@api/jobs_pb";
+import { WorkStart } from "@api/work_pb";
+import type { WorkKindInfo } from "@api/work_pb";
 import { client, mayAs } from "../app_state";
 import { useAction, useCall } from "../hooks";
 import { hrefOf, route } from "../router";
@@ -10,8 +12,9 @@ import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
 import { countOf, durationText, timeText } from "../ui/format";
 import { Failure, GradeBadge, Page, Progress, Table, Waiting, Warnings } from "../ui/parts";
-import { JobStateBadge, hasEnded, shareDone, shortName } from "../ui/states";
+import { JobStateBadge, hasEnded, jobName, shareDone } from "../ui/states";
 import { JobPage } from "./job";
+import { WorkDialog, useKinds } from "./work_dialogs";
 
 const MOST_PRIORITY = 100;
 
@@ -40,6 +43,8 @@ export function cancelQuestion(job: Job, then: () => void): Question {
 function JobList() {
   const { value, error, reload } = useCall(Jobs.method.listJobs, { limit: 200 }, 1500);
   const [question, setQuestion] = useState<Question | null>(null);
+  const kinds = useKinds(WorkStart.JOB);
+  const [kind, setKind] = useState<WorkKindInfo | null>(null);
   const action = useAction();
   const jobs = value?.jobs ?? [];
   const queue = queueOrder(jobs);
@@ -54,6 +59,15 @@ function JobList() {
     });
   return (
     <Page title="Jobs">
+      {mayAs(Role.CLIENT) && kinds.length > 0 && (
+        <div class="actions">
+          {kinds.map((one) => (
+            <button type="button" key={one.name} onClick={() => setKind(one)}>
+              {one.title}
+            </button>
+          ))}
+        </div>
+      )}
       <Failure error={error} />
       <Failure error={action.error} />
       <Warnings texts={value?.warnings} />
@@ -68,7 +82,7 @@ function JobList() {
                 <td class="number">{i + 1}</td>
                 <td>
                   <a class="row" href={hrefOf("jobs", job.id)}>
-                    {shortName(job.spec?.dump ?? "")}
+                    {jobName(job)}
                   </a>
                   {job.live?.following && <small> follows the take</small>}
                 </td>
@@ -106,7 +120,7 @@ function JobList() {
               <tr key={job.id}>
                 <td>
                   <a class="row" href={hrefOf("jobs", job.id)}>
-                    {shortName(job.spec?.dump ?? "")}
+                    {jobName(job)}
                   </a>
                 </td>
                 <td>
@@ -123,6 +137,7 @@ function JobList() {
         </>
       )}
       {question && <Ask question={question} onClose={() => setQuestion(null)} />}
+      {kind && <WorkDialog kind={kind} onClose={() => setKind(null)} />}
     </Page>
   );
 }

@@ -4,6 +4,8 @@ import { Role } from "@api/access_pb";
 import { JobState } from "@api/job_pb";
 import { Operations } from "@api/operations_pb";
 import type { Operation } from "@api/operations_pb";
+import { WorkStart } from "@api/work_pb";
+import type { WorkKindInfo } from "@api/work_pb";
 import { client, mayAs } from "../app_state";
 import { useCall, useWatch } from "../hooks";
 import { go, hrefOf, route } from "../router";
@@ -13,9 +15,7 @@ import { FileTable } from "../ui/file_table";
 import { durationText, secondsBetween, timeText } from "../ui/format";
 import { Badge, Facts, Failure, Page, Progress, Table, Waiting, Warnings } from "../ui/parts";
 import { JobStateBadge, hasEnded, shortName } from "../ui/states";
-import { OperationDialog } from "./operation_dialogs";
-import { FORMS } from "./operation_forms";
-import type { OperationForm } from "./operation_forms";
+import { WorkDialog, useKinds } from "./work_dialogs";
 
 export function OperationsPage() {
   const [, id] = route.value;
@@ -47,13 +47,14 @@ function deleteQuestion(operation: Operation): Question {
 
 function OperationList() {
   const { value, error } = useCall(Operations.method.listOperations, { limit: 100 }, 2000);
-  const [form, setForm] = useState<OperationForm | null>(null);
+  const kinds = useKinds(WorkStart.OPERATION);
+  const [kind, setKind] = useState<WorkKindInfo | null>(null);
   return (
     <Page title="Operations">
       {mayAs(Role.CLIENT) && (
         <div class="actions">
-          {FORMS.map((one) => (
-            <button type="button" key={one.command} onClick={() => setForm(one)}>
+          {kinds.map((one) => (
+            <button type="button" key={one.name} onClick={() => setKind(one)}>
               {one.title}
             </button>
           ))}
@@ -82,7 +83,7 @@ function OperationList() {
           ))}
         </Table>
       )}
-      {form && <OperationDialog form={form} onClose={() => setForm(null)} />}
+      {kind && <WorkDialog kind={kind} onClose={() => setKind(null)} />}
     </Page>
   );
 }

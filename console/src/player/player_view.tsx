@@ -10,7 +10,7 @@ import { useAction, useCall } from "../hooks";
 import { useShortcuts } from "../keys";
 import { bytesText, countOf, durationText } from "../ui/format";
 import { Failure } from "../ui/parts";
-import { hasEnded, shortName } from "../ui/states";
+import { hasEnded, jobName } from "../ui/states";
 import { COLORINGS } from "./colors";
 import type { Coloring } from "./colors";
 import type { Engine } from "./engine";
@@ -129,7 +129,7 @@ function Compared({ engine, job, choose }: { engine: Engine; job: Job; choose: (
         <option value="">no other job</option>
         {others.map((one) => (
           <option key={one.id} value={one.id}>
-            {shortName(one.spec?.dump ?? "")}, {one.id}
+            {jobName(one)}, {one.id}
           </option>
         ))}
       </select>

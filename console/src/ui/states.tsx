@@ -67,6 +67,18 @@ export function shortName(input: string): string {
   return input.includes("/") ? input.replace(/\/+$/, "").split("/").slice(-2).join("/") : input;
 }
 
+/** What a job is of: its recording, or its kind and what that reads first. */
+export function jobName(job: Job): string {
+  const work = job.spec?.work;
+  return work ? `${work.kind}: ${shortName(work.inputs[0]?.value ?? "")}` : shortName(job.spec?.dump ?? "");
+}
+
+/** What happened to a frame of a job that is done. */
+export function doneWord(job: Job): string {
+  if (job.spec?.work) return "done";
+  return job.spec?.driving ? "driven" : "registered";
+}
+
 export function takeName(take: RecordedTake): string {
   return take.keeping?.slate || take.id;
 }

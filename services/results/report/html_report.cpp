@@ -63,6 +63,13 @@ PaperFigures FiguresOf(const JobSummary& summary) {
   return figures;
 }
 
+std::string RegistrationSections(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
+                                 const JobSummary& summary) {
+  return absl::StrCat(PlotSection(frames), PaperSection(FiguresOf(summary)), FrameSection(frames),
+                      CameraSection(summary), CellSection(frames), GarmentSection(summary),
+                      ScanSection(frames), AlignmentSection(frames), OptionSection(job));
+}
+
 }  // namespace
 
 std::string JobVerdictSection(const JobReportParts& parts) {
@@ -82,15 +89,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
                           : SequenceSection(*sequence, pictures, static_cast<size_t>(summary.registered));
   html += in_space;
   html += PictureSection(pictures);
-  html += PlotSection(frames);
-  html += PaperSection(FiguresOf(summary));
-  html += FrameSection(frames);
-  html += CameraSection(summary);
-  html += CellSection(frames);
-  html += GarmentSection(summary);
-  html += ScanSection(frames);
-  html += AlignmentSection(frames);
-  html += OptionSection(job);
+  html += job.spec().has_work() ? FrameSection(frames) : RegistrationSections(job, frames, summary);
   html += InputSection(job, frames);
   if (in_space.empty()) return Page(Headline(job, summary), html);
   return Page(Headline(job, summary), html, SequenceProgram(*sequence));

@@ -120,6 +120,21 @@ std::string TakeRows(const std::string& dump) {
   return rows;
 }
 
+// Inputs and options of work without fields of its own.
+std::string WorkRows(const v1::Job& job) {
+  const v1::WorkSpec& work = job.spec().work();
+  std::string rows;
+  for (const v1::NamedValue& input : work.inputs()) {
+    const auto hash = std::find_if(job.inputs().work().begin(), job.inputs().work().end(),
+                                   [&input](const auto& one) { return one.name() == input.name(); });
+    rows += FactRow(EscapeHtml(input.name()), NameHtml(input.value()),
+                    hash == job.inputs().work().end() ? "" : EscapeHtml(hash->value()));
+  }
+  for (const v1::NamedValue& option : work.options())
+    rows += FactRow(EscapeHtml(option.name()), option.value().empty() ? "yes" : EscapeHtml(option.value()));
+  return rows;
+}
+
 }  // namespace
 
 std::string Section(const std::string& id, const std::string& heading, const std::string& body) {
@@ -146,7 +161,11 @@ std::string HeadSection(const v1::Job& job, const JobSummary& summary) {
     if (remark != verdict.reason()) absl::StrAppend(&more, "<li>", EscapeHtml(remark), "</li>\n");
   if (!more.empty()) more = absl::StrCat("<ul class=\"remarks\">\n", more, "</ul>\n");
   const bool is_over = verdict.grade() != v1::GRADE_UNSPECIFIED;
-  const std::string kind = absl::StrCat(job.has_driven() ? "Weft driving report" : "Weft registration report",
+  const std::string of_work =
+      job.spec().has_work() ? absl::StrCat("Weft report: ", EscapeHtml(job.spec().work().kind())) : "";
+  const std::string kind = absl::StrCat(!of_work.empty()   ? of_work
+                                        : job.has_driven() ? "Weft driving report"
+                                                           : "Weft registration report",
                                         is_over ? "" : " <span class=\"badge\">&#8230; not finished</span>");
   return PageHead(kind, Headline(job, summary), verdict, more + Tiles(summary));
 }
@@ -195,14 +214,18 @@ std::string OptionSection(const v1::Job& job) {
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
   const v1::RegistrationSpec& spec = job.spec();
   std::string rows;
-  rows += FactRow("Dump", NameHtml(spec.dump()));
-  rows += TakeRows(spec.dump());
-  rows += FactRow("Rig", NameHtml(spec.rig()), job.inputs().rig());
-  rows += FactRow("Board", NameHtml(spec.board()), job.inputs().board());
-  rows += FactRow("Template", NameHtml(spec.garment()), job.inputs().garment());
+  if (spec.has_work()) {
+    rows += WorkRows(job);
+  } else {
+    rows += FactRow("Dump", NameHtml(spec.dump()));
+    rows += TakeRows(spec.dump());
+    rows += FactRow("Rig", NameHtml(spec.rig()), job.inputs().rig());
+    rows += FactRow("Board", NameHtml(spec.board()), job.inputs().board());
+    rows += FactRow("Template", NameHtml(spec.garment()), job.inputs().garment());
+  }
   rows += FactRow("Results", NameHtml(spec.out()));
   rows += FactRow("Frames", FrameRange(spec));
-  rows += FactRow("Preset", EscapeHtml(spec.options().preset()));
+  if (!spec.has_work()) rows += FactRow("Preset", EscapeHtml(spec.options().preset()));
   rows += FactRow("Job", NameHtml(job.id().empty() ? "local" : job.id()));
   rows += FactRow("Submitted", FormatUnixTime(job.created_unix_ns()));
   rows += FactRow("Started", FormatUnixTime(job.started_unix_ns()));

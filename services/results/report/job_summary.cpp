@@ -241,9 +241,14 @@ std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary) {
   return alarms;
 }
 
+const char* DoneWord(const v1::Job& job) {
+  if (job.spec().has_work()) return "done";
+  return job.has_driven() ? "driven" : "registered";
+}
+
 std::string Headline(const v1::Job& job, const JobSummary& summary) {
   const int total = summary.counts.total();
-  const char* const done = job.has_driven() ? "driven" : "registered";
+  const char* const done = DoneWord(job);
   std::string registered =
       absl::StrCat(FormatCount(summary.registered), " of ", Counted(total, "frame", "frames"), " ", done);
   if (total == 0) registered = "No frames";

@@ -91,6 +91,9 @@ struct CameraAlarm {
 // with no other, which have a check of their own.
 std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary);
 
+// What happened to a frame that is done: "registered", "driven", or "done" in work of another kind.
+const char* DoneWord(const v1::Job& job);
+
 // "12 of 12 frames registered, 95.2 % of the cells observed."
 std::string Headline(const v1::Job& job, const JobSummary& summary);
 // What else is worth a sentence: cameras that moved, degraded, failed, missing, reused frames; not escaped.

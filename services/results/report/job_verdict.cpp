@@ -154,17 +154,18 @@ void AssessFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& ve
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     AddFinding(verdict, v1::GRADE_BAD,
                absl::StrCat("cancelled with ", summary.registered, " of ", Counted(total, "frame", "frames"),
-                            " registered"),
+                            " ", DoneWord(job)),
                "Run the same command again: it resumes the job.");
     return;
   }
   if (job.state() == v1::JOB_STATE_FAILED && !job.message().empty() && summary.failure_reasons.empty())
-    AddFinding(verdict, v1::GRADE_BAD, job.message(), "Fix what the message names, and register again.");
+    AddFinding(verdict, v1::GRADE_BAD, job.message(),
+               "Fix what the message names, and run the same command again.");
   if (total == 0) return;
   const int failed = total - summary.registered;
   std::string reason;
   if (failed > 0) {
-    reason = absl::StrCat(failed, " of ", Counted(total, "frame", "frames"), " could not be registered");
+    reason = absl::StrCat(failed, " of ", Counted(total, "frame", "frames"), " could not be ", DoneWord(job));
     if (!summary.failure_reasons.empty()) absl::StrAppend(&reason, ": ", summary.failure_reasons[0].first);
   }
   AddCheck(verdict, kRegisterFrames, Percent(summary.registered, total), reason);
@@ -176,9 +177,8 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
   const JobSummary summary = Summarize(job, frames);
   const Totals sum = Sum(frames);
   v1::Verdict verdict;
-  const std::string registered =
-      absl::StrCat(summary.registered, " of ", Counted(summary.counts.total(), "frame", "frames"),
-                   job.has_driven() ? " driven" : " registered");
+  const std::string registered = absl::StrCat(
+      summary.registered, " of ", Counted(summary.counts.total(), "frame", "frames"), " ", DoneWord(job));
   AddFinding(verdict, v1::GRADE_GOOD,
              std::isfinite(summary.coverage) && !job.has_driven()
                  ? absl::StrFormat("%s, %.1f %% of the cells observed", registered, 100 * summary.coverage)

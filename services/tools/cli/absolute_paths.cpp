@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "services/tools/cli/upload_inputs.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 

@@ -1,13 +1,18 @@
 // weft operation: commands that a daemon runs for its clients.
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "base/status_macros.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/client/operation_client.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
@@ -53,6 +58,14 @@ absl::Status DeleteOperation(OperationClient& client, const OperationCommandOpti
   return absl::OkStatus();
 }
 
+std::string OperationNames() {
+  std::vector<std::string> names;
+  for (const v1::WorkKindInfo* kind : AllKindInfos()) {
+    if (kind->start() == v1::WORK_START_OPERATION) names.push_back(kind->name());
+  }
+  return absl::StrJoin(names, ", ");
+}
+
 using OperationAction = absl::Status (*)(OperationClient&, const OperationCommandOptions&);
 
 void SetUpOperationCommand(CLI::App* command, CommandLine& line,
@@ -71,11 +84,11 @@ void SetUpOperationCommand(CLI::App* command, CommandLine& line,
 }  // namespace
 
 void AddOperationCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group =
-      AddCommand(app, "operation",
-                 "Commands that a daemon runs for its clients, by their option --server: take info, "
-                 "verify, trim and export, rig calibrate, template build, evaluate, export.",
-                 "");
+  CLI::App* group = AddCommand(
+      app, "operation",
+      absl::StrCat(
+          "Commands that a daemon runs for its clients, by their option --server: ", OperationNames(), "."),
+      "");
   group->require_subcommand(1);
   const auto options = std::make_shared<OperationCommandOptions>();
   CLI::App* list = AddCommand(*group, "list", "List the operations of a daemon, the newest first",

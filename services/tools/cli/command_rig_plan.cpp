@@ -11,6 +11,7 @@
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_operation.h"
 
 namespace weft {
 namespace {
@@ -104,7 +105,7 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigPlan)");
-  command->callback([options, &line] { line.run = [options, &line] { return Plan(*options, line.quiet); }; });
+  RunHereOrAtDaemon(*command, line, [options, &line] { return Plan(*options, line.quiet); });
 }
 
 }  // namespace weft

@@ -8,6 +8,8 @@
 namespace weft {
 
 void AddAccessCommand(CLI::App& app, CommandLine& line);
+// One for each kind of jobs that has no fields, and so no command, of its own (kind_info.h).
+void AddKindCommands(CLI::App& app, CommandLine& line);
 void AddJobCommand(CLI::App& app, CommandLine& line);
 void AddJobPlanCommand(CLI::App& job, CommandLine& line);
 void AddLibraryCommand(CLI::App& app, CommandLine& line);

@@ -105,8 +105,8 @@ absl::Status OutcomeOf(const v1::Job& job) {
   return absl::OkStatus();
 }
 
-JobView::JobView(bool quiet)
-    : quiet_(quiet), progress_("register", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent) {}
+JobView::JobView(bool quiet, const std::string& label)
+    : quiet_(quiet), progress_(label, kSteps, ProgressVisible(quiet), ProgressUnit::kPercent) {}
 
 void JobView::Show(const v1::JobUpdate& update) {
   has_coverage_ = KindOf(update.job().spec()).has_coverage();

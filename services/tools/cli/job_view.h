@@ -16,7 +16,8 @@ namespace weft {
 // once.
 class JobView {
  public:
-  explicit JobView(bool quiet);
+  // `label` of the bar: the kind of work.
+  explicit JobView(bool quiet, const std::string& label = "register");
 
   void Show(const v1::JobUpdate& update);
 

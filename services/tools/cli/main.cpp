@@ -110,6 +110,7 @@ int RunToStatus(const weft::CommandLine& line, int64_t memory_mib) {
 // In the order of the help.
 void AddAllCommands(CLI::App& app, weft::CommandLine& line) {
   weft::AddRegisterCommand(app, line);
+  weft::AddKindCommands(app, line);
   weft::AddJobCommand(app, line);
   weft::AddLibraryCommand(app, line);
   weft::AddCameraCommand(app, line);

@@ -13,10 +13,10 @@
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/upload_inputs.h"
 #include "services/tools/client/operation_client.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
@@ -42,21 +42,26 @@ std::string NameOf(const CLI::Option& option) {
   return option.get_lnames().empty() ? option.get_name(true) : option.get_lnames().front();
 }
 
-const OperationInputKind* FindInput(const OperationKind& kind, const CLI::Option& option,
-                                    const std::string& name) {
-  for (const OperationInputKind& input : kind.inputs) {
-    if (input.is_positional ? option.get_positional() : input.name == name && !option.get_positional())
+const v1::WorkInputInfo* FindInput(const v1::WorkKindInfo& kind, const CLI::Option& option,
+                                   const std::string& name) {
+  for (const v1::WorkInputInfo& input : kind.inputs()) {
+    if (input.is_positional() ? option.get_positional() : input.name() == name && !option.get_positional())
       return &input;
   }
   return nullptr;
 }
 
-absl::Status AddOption(const OperationKind& kind, const CLI::Option& option, RemoteRun& run) {
+bool HasOption(const v1::WorkKindInfo& kind, const std::string& name) {
+  return std::any_of(kind.options().begin(), kind.options().end(),
+                     [&name](const v1::WorkOptionInfo& option) { return option.name() == name; });
+}
+
+absl::Status AddOption(const v1::WorkKindInfo& kind, const CLI::Option& option, RemoteRun& run) {
   const std::string name = NameOf(option);
-  if (const OperationInputKind* input = FindInput(kind, option, name)) {
+  if (const v1::WorkInputInfo* input = FindInput(kind, option, name)) {
     for (const std::string& value : option.results()) {
       v1::OperationInput& added = *run.spec.add_inputs();
-      added.set_name(input->name);
+      added.set_name(input->name());
       added.set_value(NameAtDaemon(value));
     }
     return absl::OkStatus();
@@ -65,7 +70,7 @@ absl::Status AddOption(const OperationKind& kind, const CLI::Option& option, Rem
     run.out = option.results().front();
   } else if (name == "json") {
     run.spec.set_json(true);
-  } else if (std::find(kind.options.begin(), kind.options.end(), name) != kind.options.end()) {
+  } else if (HasOption(kind, name)) {
     const bool is_flag = option.get_expected_max() == 0;
     for (const std::string& value : option.results()) {
       v1::OperationOption& added = *run.spec.add_options();
@@ -80,16 +85,16 @@ absl::Status AddOption(const OperationKind& kind, const CLI::Option& option, Rem
   return absl::OkStatus();
 }
 
-absl::StatusOr<RemoteRun> RunOf(const CLI::App& command, const OperationKind& kind,
+absl::StatusOr<RemoteRun> RunOf(const CLI::App& command, const v1::WorkKindInfo& kind,
                                 const std::string& server) {
   RemoteRun run;
   run.server = server;
-  run.spec.set_command(kind.command);
+  run.spec.set_command(kind.name());
   for (const CLI::Option* option : command.get_options()) {
     if (option->count() == 0) continue;
     WEFT_RETURN_IF_ERROR(AddOption(kind, *option, run));
   }
-  if (kind.out == OperationOut::kNamed) {
+  if (kind.out() == v1::WORK_OUT_NAMED) {
     const std::string name = fs::path(run.out).lexically_normal().filename().string();
     run.spec.set_out_name(name.empty() || name == "." || name == ".." ? "result" : name);
   }
@@ -175,8 +180,9 @@ void RunHereOrAtDaemon(CLI::App& command, CommandLine& line, std::function<absl:
       return;
     }
     line.run = [&command, &line, server]() -> absl::Status {
-      const OperationKind* kind = FindOperationKind(CommandWords(command));
-      if (kind == nullptr) return absl::UnimplementedError("daemons do not run this command");
+      const v1::WorkKindInfo* kind = FindKindInfo(CommandWords(command));
+      if (kind == nullptr || kind->start() != v1::WORK_START_OPERATION)
+        return absl::UnimplementedError("daemons do not run this command");
       WEFT_ASSIGN_OR_RETURN(RemoteRun run, RunOf(command, *kind, *server));
       run.quiet = line.quiet;
       return RunAtDaemon(run);

@@ -6,14 +6,14 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/client/library_client.h"
 #include "services/work/items/item_files.h"
 #include "services/work/items/item_words.h"
-#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/output_folder.h"
+#include "services/work/spec/job_input.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
@@ -36,11 +36,12 @@ class ByteProgress {
 }  // namespace
 
 bool IsOfDaemon(const std::string& path) {
-  return absl::StartsWith(path, kTakePrefix) || absl::StartsWith(path, kLibraryPrefix);
+  return absl::StartsWith(path, kTakePrefix) || absl::StartsWith(path, kJobPrefix) ||
+         absl::StartsWith(path, kLibraryPrefix);
 }
 
 std::string NameAtDaemon(const std::string& input) {
-  if (input.empty() || IsOfDaemon(input) || absl::StartsWith(input, kJobPrefix)) return input;
+  if (input.empty() || IsOfDaemon(input)) return input;
   return std::filesystem::absolute(input).lexically_normal().string();
 }
 

@@ -10,7 +10,7 @@
 
 namespace weft {
 
-// Whether the text names something of a daemon instead of a path: "take:ID" or "library:ITEM".
+// Whether the text names something of a daemon instead of a path: "take:ID", "job:ID" or "library:ITEM".
 bool IsOfDaemon(const std::string& path);
 // What a daemon on this machine is asked for: names of its own and "job:ID" as they are, a path as an
 // absolute one.

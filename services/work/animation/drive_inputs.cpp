@@ -16,8 +16,8 @@
 #include "services/formats/files/take_times.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/options/presets.h"
-#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/registration_inputs.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {

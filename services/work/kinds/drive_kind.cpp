@@ -46,20 +46,20 @@ class Driving : public Work {
 
 }  // namespace
 
-std::optional<WorkKind::Fault> DriveKind::FaultOf(const v1::RegistrationSpec& spec) const {
+std::optional<SpecFault> DriveKind::FaultOf(const v1::RegistrationSpec& spec) const {
   const v1::DrivingSpec& driving = spec.driving();
   if (driving.avatar().empty())
-    return Fault{"spec.driving.avatar", "must not be empty", "name the folder of an avatar"};
+    return SpecFault{"spec.driving.avatar", "must not be empty", "name the folder of an avatar"};
   if (driving.cameras_size() > kMostCameras)
-    return Fault{"spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
-                 absl::StrCat("at most ", kMostCameras, " are allowed")};
+    return SpecFault{"spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
+                     absl::StrCat("at most ", kMostCameras, " are allowed")};
   if (!(driving.fps() >= 0) || !std::isfinite(driving.fps()))
-    return Fault{"spec.driving.fps", "is no number of frames per second", "give 0 for the avatar's"};
+    return SpecFault{"spec.driving.fps", "is no number of frames per second", "give 0 for the avatar's"};
   if (spec.live_every() > 1)
-    return Fault{"spec.live_every", absl::StrCat("is ", spec.live_every(), " with spec.driving"),
-                 "give 1: every frame is driven from the one before"};
+    return SpecFault{"spec.live_every", absl::StrCat("is ", spec.live_every(), " with spec.driving"),
+                     "give 1: every frame is driven from the one before"};
   if (!spec.options().scans().empty() || !spec.options().starts().empty())
-    return Fault{"spec.options", "names scans or starts", "an avatar needs neither; leave them out"};
+    return SpecFault{"spec.options", "names scans or starts", "an avatar needs neither; leave them out"};
   return std::nullopt;
 }
 

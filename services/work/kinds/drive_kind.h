@@ -12,12 +12,11 @@ namespace weft {
 
 class DriveKind : public WorkKind {
  public:
-  std::string name() const override { return "drive"; }
-  std::string done_word() const override { return "driven"; }
+  const v1::WorkKindInfo& info() const override { return *FindKindInfo(kDriveKind); }
   Order order() const override { return Order::kInSequence; }
   bool is_refined_later() const override { return false; }
   bool has_coverage() const override { return false; }
-  std::optional<Fault> FaultOf(const v1::RegistrationSpec& spec) const override;
+  std::optional<SpecFault> FaultOf(const v1::RegistrationSpec& spec) const override;
   absl::StatusOr<v1::RegistrationOptions> Effective(const v1::RegistrationOptions& asked) const override;
   absl::StatusOr<std::unique_ptr<Work>> Load(const v1::RegistrationSpec& spec,
                                              LoadFor purpose) const override;

@@ -12,12 +12,11 @@ namespace weft {
 
 class RegisterKind : public WorkKind {
  public:
-  std::string name() const override { return "register"; }
-  std::string done_word() const override { return "registered"; }
+  const v1::WorkKindInfo& info() const override { return *FindKindInfo(kRegisterKind); }
   Order order() const override { return Order::kApart; }
   bool is_refined_later() const override { return true; }
   bool has_coverage() const override { return true; }
-  std::optional<Fault> FaultOf(const v1::RegistrationSpec&) const override { return std::nullopt; }
+  std::optional<SpecFault> FaultOf(const v1::RegistrationSpec&) const override { return std::nullopt; }
   absl::StatusOr<v1::RegistrationOptions> Effective(const v1::RegistrationOptions& asked) const override;
   absl::StatusOr<std::unique_ptr<Work>> Load(const v1::RegistrationSpec& spec,
                                              LoadFor purpose) const override;

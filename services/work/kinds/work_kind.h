@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "services/work/pipeline/registration.h"
 #include "services/work/pipeline/results_check.h"
+#include "services/work/spec/kind_info.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -59,15 +60,12 @@ class WorkKind {
     kWholeJob,  // to compute all frames, with all warnings
     kTask,      // to compute some of them
   };
-  // Of a request: what is wrong with a field, and what to do about it.
-  struct Fault {
-    std::string field, why, remedy;
-  };
 
   virtual ~WorkKind() = default;
 
-  virtual std::string name() const = 0;       // of its command: "register"
-  virtual std::string done_word() const = 0;  // "registered"
+  virtual const v1::WorkKindInfo& info() const = 0;
+  const std::string& name() const { return info().name(); }            // of its command: "register"
+  const std::string& done_word() const { return info().done_word(); }  // "registered"
   virtual Order order() const = 0;
   // Whether frames are computed once more, with their neighbours, when a take that grew has ended.
   virtual bool is_refined_later() const = 0;
@@ -75,7 +73,7 @@ class WorkKind {
   virtual bool has_coverage() const = 0;
 
   // Of the fields that this kind alone has. Reads no files.
-  virtual std::optional<Fault> FaultOf(const v1::RegistrationSpec& spec) const = 0;
+  virtual std::optional<SpecFault> FaultOf(const v1::RegistrationSpec& spec) const = 0;
   // Options with preset and defaults spelled out, and none that this kind ignores. InvalidArgument.
   virtual absl::StatusOr<v1::RegistrationOptions> Effective(const v1::RegistrationOptions& asked) const = 0;
   // Errors keep the category of the file that causes them and name it. InvalidArgument: an empty field, an
@@ -89,8 +87,10 @@ class WorkKind {
       const v1::Job& job, const std::vector<v1::FrameInfo>& frames) const = 0;
 };
 
-// Lives as long as the program.
+// That of the job, which lives as long as the program. A kind that nobody knows does nothing, and says so.
 const WorkKind& KindOf(const v1::RegistrationSpec& spec);
+// Adds a kind that jobs name in spec.work. Its name is new; call it before other threads start.
+void AddKind(std::unique_ptr<WorkKind> kind);
 
 // Reads the inputs of a job and checks them against each other.
 using InputsLoader = std::function<absl::StatusOr<LoadedInputs>(const v1::RegistrationSpec& spec)>;

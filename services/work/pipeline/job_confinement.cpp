@@ -1,7 +1,7 @@
 #include "services/work/pipeline/job_confinement.h"
 
 #include "services/work/pipeline/frame_files.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 

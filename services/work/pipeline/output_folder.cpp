@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {

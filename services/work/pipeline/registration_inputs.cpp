@@ -17,7 +17,7 @@
 #include "services/work/pipeline/frame_extras.h"
 #include "services/work/pipeline/frame_files.h"
 #include "services/work/pipeline/frame_inputs.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {
@@ -97,10 +98,10 @@ absl::Status PathMap::Apply(v1::Task& task) const {
                      ", and results remember the paths of scans and start meshes; give a folder that has one "
                      "path everywhere"));
   }
-  for (std::string* path : {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
-                            spec.mutable_garment(), spec.mutable_out(), task.mutable_state_folder()}) {
-    *path = OnNodes(*path);
+  for (const JobInput& input : InputsOf(spec)) {
+    if (!input.path.empty()) SetInput(input, OnNodes(input.path), &spec);
   }
+  for (std::string* path : {spec.mutable_out(), task.mutable_state_folder()}) *path = OnNodes(*path);
   for (std::string& path : *task.mutable_allowed_paths()) path = OnNodes(path);
   return absl::OkStatus();
 }

@@ -10,6 +10,7 @@ from weft.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineEx
                          Unauthenticated, Unavailable, Unimplemented, Unknown, WeftError)
 from weft.formats import (Cloud, Mesh, Observations, Rays, read_cloud, read_evaluation, read_export, read_job,
                           read_mesh, read_observations, read_report)
+from weft.jobs import work_spec
 from weft.library import reference
 from weft.listing import Listing
 from weft.operations import operation_spec
@@ -25,5 +26,5 @@ __all__ = [
     "FormatError", "Identity", "Internal", "InvalidArgument", "Listing", "Mesh", "NotFound", "Observations", "OutOfRange",
     "PermissionDenied", "Rays", "ResourceExhausted", "RetryPolicy", "Unauthenticated", "Unavailable", "Unimplemented",
     "Unknown", "Watch", "WeftError", "operation_spec", "read_cloud", "read_evaluation", "read_export", "read_job",
-    "read_mesh", "read_observations", "read_report", "reference", "__version__",
+    "read_mesh", "read_observations", "read_report", "reference", "work_spec", "__version__",
 ]

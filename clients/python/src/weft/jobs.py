@@ -15,6 +15,7 @@ from weft.formats.messages import parse_message
 from weft.formats.observations import Observations
 from weft.library import Library, Progress, reference
 from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
+from weft.named import Words, pairs
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.jobs_pb2_grpc import JobsStub
@@ -31,9 +32,19 @@ _FILE_NAMES = {
     v1.RESULT_KIND_JOB_REPORT: "report.html",
     v1.RESULT_KIND_JOB: "job.json",
 }
-_DAEMON_HAS = ("take:", "library:")  # what such a name begins with is no path of this machine
+_DAEMON_HAS = ("take:", "job:", "library:")  # what such a name begins with is no path of this machine
 T = TypeVar("T")
+_WORDS = {v1.ITEM_KIND_RIG: "rig", v1.ITEM_KIND_BOARD: "board", v1.ITEM_KIND_TEMPLATE: "template",
+          v1.ITEM_KIND_DUMP: "dump", v1.ITEM_KIND_AVATAR: "avatar"}
 _SUBMIT_S = 600.0  # the daemon reads the inputs meanwhile
+
+
+def work_spec(kind: str, inputs: Words, options: Optional[Words] = None, *, out: str = "", frames: str = "") -> v1.RegistrationSpec:
+    """A job of a kind that Jobs.kinds() lists, for submit(): `work_spec("copy meshes", {"result": "job:ID"}, {"every": "2"})`.
+    The value of a flag is ""."""
+    work = v1.WorkSpec(kind=kind, inputs=[v1.NamedValue(name=name, value=value) for name, value in pairs(inputs)],
+                       options=[v1.NamedValue(name=name, value=value) for name, value in pairs(options or {})])
+    return v1.RegistrationSpec(work=work, out=out, frames=frames)
 
 
 class Jobs:
@@ -53,6 +64,12 @@ class Jobs:
         request = v1.SubmitJobRequest(spec=spec, priority=priority, idempotency_key=idempotency_key or new_key())
         return self._connection.call(self._stub.SubmitJob, request, v1.Job, harmless=True, timeout_s=_SUBMIT_S)
 
+    def kinds(self) -> Sequence[v1.WorkKindInfo]:
+        """What the daemon can do, and what each kind reads and takes. Those with `start` WORK_START_JOB are asked for by
+        work_spec(), those with WORK_START_OPERATION by operation_spec()."""
+        return list(self._connection.call(self._stub.ListWorkKinds, v1.ListWorkKindsRequest(), v1.ListWorkKindsResponse,
+                                          harmless=True).kinds)
+
     def upload_inputs(self, spec: v1.RegistrationSpec, progress: Optional[Progress] = None) -> v1.RegistrationSpec:
         """The spec with dump, rig, board, garment and avatar, which are paths of this machine, in the daemon's library. What is
         there already is not sent again. Scans and start meshes are not uploaded."""
@@ -65,7 +82,16 @@ class Jobs:
         avatar = spec.driving.avatar
         if avatar and not avatar.startswith(_DAEMON_HAS):
             uploaded.driving.avatar = reference(self._library.upload("avatar", avatar, progress=progress))
+        if spec.HasField("work"):
+            self._upload_of_work(uploaded.work, progress)
         return uploaded
+
+    def _upload_of_work(self, work: v1.WorkSpec, progress: Optional[Progress]) -> None:
+        items = {info.name: info.item for kind in self.kinds() if kind.name == work.kind for info in kind.inputs}
+        for given in work.inputs:
+            word = _WORDS.get(items.get(given.name, v1.ITEM_KIND_UNSPECIFIED))
+            if word and not given.value.startswith(_DAEMON_HAS):
+                given.value = reference(self._library.upload(word, given.value, progress=progress))
 
     def get(self, job_id: str) -> v1.Job:
         return self._connection.call(self._stub.GetJob, v1.GetJobRequest(job_id=job_id), v1.Job, harmless=True)

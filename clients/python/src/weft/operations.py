@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import os
-from typing import Mapping, Optional, Sequence
+from typing import Optional, Sequence
 
 from weft import v1
 from weft.connection import Connection, Watch, new_key
 from weft.library import Progress
 from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
+from weft.named import Words, pairs
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.operations_pb2_grpc import OperationsStub
 
 
-Words = Mapping[str, str | Sequence[str]]
-
-
 def operation_spec(command: str, inputs: Words, options: Optional[Words] = None, out_name: str = "") -> v1.OperationSpec:
     """For example `operation_spec("evaluate", {"result": "job:ID"}, {"no-truth": ""}, "evaluation")`."""
-    def pairs(words: Words) -> list[tuple[str, str]]:
-        return [(name, value) for name, values in words.items() for value in ([values] if isinstance(values, str) else values)]
-
     return v1.OperationSpec(command=command, out_name=out_name,
                             inputs=[v1.OperationInput(name=name, value=value) for name, value in pairs(inputs)],
                             options=[v1.OperationOption(name=name, value=value) for name, value in pairs(options or {})])

@@ -1,6 +1,7 @@
 #include "services/server/daemon/calls/request_check.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -10,7 +11,8 @@
 #include "services/server/retention/retention_plan.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/work/kinds/work_kind.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
@@ -61,6 +63,18 @@ absl::Status CheckLive(const v1::RegistrationSpec& spec) {
   return absl::OkStatus();
 }
 
+// Of the kind's name, and of work without fields of its own.
+std::optional<SpecFault> FaultOfKind(const v1::RegistrationSpec& spec) {
+  const v1::WorkKindInfo* kind = FindKindInfo(KindNameOf(spec));
+  if (!spec.has_work()) return std::nullopt;
+  if (kind == nullptr || kind->start() != v1::WORK_START_JOB)
+    return UnknownKind(spec.work().kind(), v1::WORK_START_JOB, "spec.work.kind");
+  if (spec.has_driving() || spec.live_every() != 0)
+    return SpecFault{"spec.work", "is given with fields of other kinds of jobs",
+                     "leave spec.driving and spec.live_every out"};
+  return FaultOfWork(*kind, spec.work(), "spec.work");
+}
+
 // What the kind of the job asks for.
 absl::Status CheckKind(const v1::RegistrationSpec& spec) {
   if (const auto fault = KindOf(spec).FaultOf(spec)) return Invalid(fault->field, fault->why, fault->remedy);
@@ -91,6 +105,7 @@ absl::Status CheckRange(const v1::RegistrationSpec& spec) {
 absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   if (!request.has_spec()) return Invalid("spec", "is missing");
   const v1::RegistrationSpec& spec = request.spec();
+  if (const auto fault = FaultOfKind(spec)) return Invalid(fault->field, fault->why, fault->remedy);
   for (const JobInput& input : InputsOf(spec)) {
     WEFT_RETURN_IF_ERROR(input.is_required ? CheckPath(input.field, input.path)
                                            : CheckText(input.field, input.path, kMaxPathBytes));

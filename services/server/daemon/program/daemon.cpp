@@ -33,13 +33,12 @@
 #include "services/server/daemon/work/take_input.h"
 #include "services/server/notice/end_notices.h"
 #include "services/server/rpc/error_detail.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/studio/recorder/recorder_process.h"
 #include "services/work/executor/local_executor.h"
 #include "services/work/executor/process_record.h"
 #include "services/work/items/item_words.h"
-#include "services/work/pipeline/job_input.h"
 #include "services/work/slurm/slurm_executor.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {
@@ -188,15 +187,6 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   return JobQueue::Create(std::move(catalogue), std::move(executor), std::move(queue_options));
 }
 
-// What an input of an operation is in the library.
-v1::ItemKind KindOfInput(const std::string& field) {
-  if (absl::EndsWith(field, ".rig")) return v1::ITEM_KIND_RIG;
-  if (absl::EndsWith(field, ".board")) return v1::ITEM_KIND_BOARD;
-  if (absl::EndsWith(field, ".template")) return v1::ITEM_KIND_TEMPLATE;
-  if (absl::EndsWith(field, ".avatar")) return v1::ITEM_KIND_AVATAR;
-  return v1::ITEM_KIND_DUMP;
-}
-
 }  // namespace
 
 TakeStoreOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
@@ -206,7 +196,10 @@ TakeStoreOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathP
   keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
   keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
   keeping.recorder_program = options.recorder_program;
-  keeping.resolve_take = InputsOf(options, policy, parts);
+  keeping.resolve_take = [resolve = InputsOf(options, policy, parts)](const std::string& field,
+                                                                      const std::string& take) {
+    return resolve(field, v1::ITEM_KIND_DUMP, take);
+  };
   keeping.admit = [&parts] { return parts.drain->Admit(); };
   keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
   keeping.is_read = IsReadBy(parts);
@@ -215,7 +208,8 @@ TakeStoreOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathP
 
 ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts) {
   return [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
-             const std::string& field, const std::string& value) -> absl::StatusOr<std::string> {
+             const std::string& field, v1::ItemKind kind,
+             const std::string& value) -> absl::StatusOr<std::string> {
     absl::string_view id = value;
     if (absl::ConsumePrefix(&id, kJobPrefix)) {
       const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
@@ -223,8 +217,10 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
     }
     if (absl::StartsWith(value, kLibraryPrefix)) {
       const absl::StatusOr<HeldItem> item =
-          parts.library->Hold(KindOfInput(field), value.substr(sizeof(kLibraryPrefix) - 1));
-      return item.ok() ? absl::StatusOr<std::string>(item->path) : item.status();
+          parts.library->Hold(kind, value.substr(sizeof(kLibraryPrefix) - 1));
+      return item.ok()
+                 ? absl::StatusOr<std::string>(item->path)
+                 : absl::Status(item.status().code(), absl::StrCat(field, ": ", item.status().message()));
     }
     absl::StatusOr<std::string> take = TakeOfName(takes_folder, value);
     if (!take.ok()) return take;
@@ -336,9 +332,10 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.takes =
       std::make_unique<TakeService>(*parts.take_store, *parts.session_registry, *parts.queue, caller);
   WEFT_RETURN_IF_ERROR(daemon->KnowCallers(options));
-  parts.jobs = std::make_unique<JobService>(JobServiceParts{*parts.queue, *parts.library, std::move(policy),
-                                                            absl::StrCat(options.state_folder, "/results"),
-                                                            options.load_inputs, caller});
+  ResolveInput resolve = InputsOf(options, policy, parts);
+  parts.jobs = std::make_unique<JobService>(
+      JobServiceParts{*parts.queue, *parts.library, std::move(policy), std::move(resolve),
+                      absl::StrCat(options.state_folder, "/results"), options.load_inputs, caller});
   parts.server_info = std::make_unique<ServerService>(
       *parts.queue, *parts.drain, info, [&parts](const v1::RehearseRetentionRequest& request) {
         return parts.retention->Rehearse(request.rules(), request.ahead_days());

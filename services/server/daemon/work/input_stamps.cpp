@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "capture/take/take_files.h"
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {
@@ -63,10 +63,11 @@ void InputStamps::AddFilesBeside(const std::string& json) {
 
 InputStamps InputStamps::Take(const v1::RegistrationSpec& spec, time_t now_s) {
   InputStamps stamps(now_s);
-  for (const auto& [field, what, kind, is_required, path] : InputsOf(spec)) {
+  for (const JobInput& input : InputsOf(spec)) {
+    const std::string& path = input.path;
     std::error_code error;
     if (path.empty() || !stamps.conclusive_) continue;
-    const bool holds_images = kind == v1::ITEM_KIND_DUMP && !IsRecordedTake(path);
+    const bool holds_images = input.kind == v1::ITEM_KIND_DUMP && !IsRecordedTake(path);
     if (fs::is_directory(path, error)) {
       stamps.AddFolder(path, !holds_images, 0);
     } else {

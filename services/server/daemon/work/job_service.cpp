@@ -59,9 +59,10 @@ absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, 
   const auto lock = submitting_.Lock(request.idempotency_key());
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request, caller);
   if (!absl::IsNotFound(submitted.status())) return submitted;
-  WEFT_ASSIGN_OR_RETURN(PreparedJob prepared,
-                        PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder, known_},
-                                   caller.name, parts_.load));
+  WEFT_ASSIGN_OR_RETURN(
+      PreparedJob prepared,
+      PrepareJob(request, {parts_.policy, parts_.library, parts_.resolve, parts_.results_folder, known_},
+                 caller.name, parts_.load));
   v1::Job& job = prepared.job;
   job.set_submitted_by(caller.name);
   WEFT_RETURN_IF_ERROR(CheckResultOwner(job, prepared.frames, caller));
@@ -162,6 +163,12 @@ grpc::Status JobService::SetJobPriority(grpc::ServerContext* context,
     }
     return Assign(queue_.SetPriority(request->job_id(), request->priority()), job);
   });
+}
+
+grpc::Status JobService::ListWorkKinds(grpc::ServerContext*, const v1::ListWorkKindsRequest*,
+                                       v1::ListWorkKindsResponse* response) {
+  for (const v1::WorkKindInfo* info : AllKindInfos()) *response->add_kinds() = *info;
+  return grpc::Status::OK;
 }
 
 grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,

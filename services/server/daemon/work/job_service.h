@@ -20,6 +20,7 @@ struct JobServiceParts {
   JobQueue& queue;
   Library& library;
   PathPolicy policy;
+  ResolveInput resolve;
   std::string results_folder;
   InputsLoader load;
   FindCaller caller;
@@ -45,6 +46,8 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
                         v1::Job* job) override;
   grpc::Status SetJobPriority(grpc::ServerContext* context, const v1::SetJobPriorityRequest* request,
                               v1::Job* job) override;
+  grpc::Status ListWorkKinds(grpc::ServerContext* context, const v1::ListWorkKindsRequest* request,
+                             v1::ListWorkKindsResponse* response) override;
   grpc::Status ListFrames(grpc::ServerContext* context, const v1::ListFramesRequest* request,
                           v1::ListFramesResponse* response) override;
   grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,

@@ -139,7 +139,9 @@ grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::Callbac
 absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
   for (const v1::Job& job : queue_.Unfinished()) {
     const v1::JobItems& used = job.items();
-    for (const std::string& id : {used.dump(), used.rig(), used.board(), used.garment(), used.avatar()}) {
+    std::vector<std::string> ids(used.work().begin(), used.work().end());
+    ids.insert(ids.end(), {used.dump(), used.rig(), used.board(), used.garment(), used.avatar()});
+    for (const std::string& id : ids) {
       if (id != item.id()) continue;
       return absl::FailedPreconditionError(
           absl::StrCat("item ", item.id(), ": job ", job.id(), " uses it; wait for its end, or cancel it"));

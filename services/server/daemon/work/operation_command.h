@@ -1,19 +1,19 @@
 // From the request of an operation to a command line.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/server/daemon/calls/resolve_input.h"
 #include "weft/v1/operations.pb.h"
+#include "weft/v1/work.pb.h"
 
 namespace weft {
 
-// An input as a path that may be read. Errors name the field.
-using ResolveInput =
-    std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& value)>;
+// Null: no operation has this name.
+const v1::WorkKindInfo* FindOperationKind(const std::string& command);
 
 // InvalidArgument names the field: an unknown command, an input or option that it does not have, one that is
 // missing or given twice, a name of the output that is none.

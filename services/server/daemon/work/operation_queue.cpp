@@ -24,7 +24,6 @@
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/no_threads.h"
 #include "services/server/daemon/work/operation_file.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/work/executor/child_process.h"
 
 namespace weft {
@@ -185,8 +184,8 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
 absl::StatusOr<ChildProcess> OperationQueue::StartProcess(const v1::Operation& operation, Outcome& outcome) {
   const std::string& id = operation.id();
   std::vector<std::string> inputs;
-  const auto resolve = [&](const std::string& field, const std::string& value) {
-    absl::StatusOr<std::string> path = options_.resolve(field, value);
+  const auto resolve = [&](const std::string& field, v1::ItemKind item, const std::string& value) {
+    absl::StatusOr<std::string> path = options_.resolve(field, item, value);
     if (path.ok()) inputs.push_back(*path);
     return path;
   };
@@ -293,7 +292,7 @@ void OperationQueue::Conclude(Entry& entry, const Outcome& outcome) {
     const bool is_done =
         *outcome.exit_status == kExitDone || (*outcome.exit_status == kExitFailed && outcome.error.empty());
     operation.set_state(is_done ? v1::JOB_STATE_DONE : v1::JOB_STATE_FAILED);
-    if (is_done && FindOperationKind(operation.spec().command())->out == OperationOut::kTake) {
+    if (is_done && FindOperationKind(operation.spec().command())->out() == v1::WORK_OUT_TAKE) {
       const absl::Status adopted =
           options_.adopt_take(absl::StrCat(OutOf(operation.id()), "/take"), operation.id());
       if (adopted.ok()) {

@@ -13,7 +13,6 @@
 #include "services/server/daemon/work/operation_file.h"
 #include "services/server/daemon/work/operation_queue.h"
 #include "services/server/rpc/error_detail.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/server/rpc/page.h"
 
 namespace weft {
@@ -114,7 +113,7 @@ std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spe
     readable.insert(readable.end(), paths.begin(), paths.end());
   };
   add(FindLinks(inputs, options_.links).others);
-  if (FindOperationKind(spec.command())->reads_besides && options_.readable_besides)
+  if (FindOperationKind(spec.command())->reads_besides() && options_.readable_besides)
     add(options_.readable_besides());
   return readable;
 }

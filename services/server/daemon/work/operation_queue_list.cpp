@@ -19,7 +19,6 @@
 #include "services/server/daemon/work/operation_file.h"
 #include "services/server/daemon/work/operation_queue.h"
 #include "services/server/rpc/error_detail.h"
-#include "services/server/rpc/operation_kinds.h"
 #include "services/server/rpc/page.h"
 
 namespace weft {
@@ -105,18 +104,19 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
   WEFT_RETURN_IF_ERROR(CheckKey(request.idempotency_key()));
   WEFT_RETURN_IF_ERROR(CheckOperationSpec(request.spec()));
   std::map<std::string, std::string> paths;
-  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> resolved,
-                        ArgumentsOf(request.spec(), [&](const std::string& field, const std::string& value) {
-                          absl::StatusOr<std::string> path = options_.resolve(field, value);
-                          if (path.ok()) paths[value] = *path;
-                          return path;
-                        }));
+  WEFT_ASSIGN_OR_RETURN(
+      std::vector<std::string> resolved,
+      ArgumentsOf(request.spec(), [&](const std::string& field, v1::ItemKind item, const std::string& value) {
+        absl::StatusOr<std::string> path = options_.resolve(field, item, value);
+        if (path.ok()) paths[value] = *path;
+        return path;
+      }));
   const v1::OperationSpec spec = WithResolvedPaths(request.spec(), paths);
   const Lock lock(mutex_);
   const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
   if (const auto known = entries_.find(id); known != entries_.end())
     return Known(known->second, spec, caller);
-  if (FindOperationKind(spec.command())->out == OperationOut::kTake && options_.take_exists(id)) {
+  if (FindOperationKind(spec.command())->out() == v1::WORK_OUT_TAKE && options_.take_exists(id)) {
     return FieldError(absl::StatusCode::kAlreadyExists,
                       {"idempotency_key", absl::StrCat("is the id of take ", id), "choose a new key"});
   }

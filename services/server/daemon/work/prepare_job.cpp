@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -22,9 +23,9 @@
 #include "services/studio/recorder/recorder_process.h"
 #include "services/work/items/item_words.h"
 #include "services/work/kinds/work_kind.h"
-#include "services/work/pipeline/job_input.h"
 #include "services/work/pipeline/output_folder.h"
 #include "services/work/pipeline/result_lock.h"
+#include "services/work/spec/job_input.h"
 
 namespace weft {
 namespace {
@@ -64,8 +65,13 @@ void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec
   if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
 }
 
+absl::Status WithField(const std::string& field, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(field, ": ", status.message()));
+}
+
 // The item of such an input; null: no library keeps it.
 std::string* ItemOf(const JobInput& input, v1::JobItems* items) {
+  if (input.of_work >= 0) return nullptr;
   switch (input.kind) {
     case v1::ITEM_KIND_DUMP:
       return items->mutable_dump();
@@ -89,9 +95,7 @@ absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
     std::string* item = ItemOf(input, prepared->job.mutable_items());
     if (item == nullptr || !absl::StartsWith(input.path, kLibraryPrefix)) continue;
     absl::StatusOr<HeldItem> held = library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1));
-    if (!held.ok()) {
-      return absl::Status(held.status().code(), absl::StrCat(input.field, ": ", held.status().message()));
-    }
+    if (!held.ok()) return WithField(input.field, held.status());
     SetInput(input, held->path, &spec);
     *item = held->item.id();
     prepared->holds.push_back(std::move(held->hold));
@@ -99,19 +103,47 @@ absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
   return absl::OkStatus();
 }
 
+// Inputs without a field of their own become paths that may be read.
+absl::Status ResolveWork(const JobPlaces& places, PreparedJob* prepared) {
+  v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
+  for (const JobInput& input : InputsOf(spec)) {
+    if (input.of_work < 0) continue;
+    std::string path;
+    if (absl::StartsWith(input.path, kLibraryPrefix)) {
+      absl::StatusOr<HeldItem> held =
+          places.library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1));
+      if (!held.ok()) return WithField(input.field, held.status());
+      path = held->path;
+      prepared->job.mutable_items()->add_work(held->item.id());
+      prepared->holds.push_back(std::move(held->hold));
+    } else {
+      WEFT_ASSIGN_OR_RETURN(path, places.resolve(input.field, input.kind, input.path));
+    }
+    SetInput(input, path, &spec);
+  }
+  return absl::OkStatus();
+}
+
+bool ReadsDump(const v1::RegistrationSpec& spec) {
+  const std::vector<JobInput> inputs = InputsOf(spec);
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [](const JobInput& input) { return input.field == "spec.dump"; });
+}
+
 // Paths that a client named beside the take; the library's items are the daemon's own.
 std::vector<JobInput> NamedInputs(v1::Job& job) {
   std::vector<JobInput> inputs = InputsOf(job.spec());
   std::erase_if(inputs, [&job](const JobInput& input) {
     const std::string* item = ItemOf(input, job.mutable_items());
-    return input.kind == v1::ITEM_KIND_DUMP || input.path.empty() || (item != nullptr && !item->empty());
+    return input.kind == v1::ITEM_KIND_DUMP || input.of_work >= 0 || input.path.empty() ||
+           (item != nullptr && !item->empty());
   });
   return inputs;
 }
 
 absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
   v1::RegistrationSpec& spec = *job.mutable_spec();
-  if (job.items().dump().empty()) {
+  if (job.items().dump().empty() && ReadsDump(spec)) {
     WEFT_ASSIGN_OR_RETURN(std::string dump, CanonicalDump(policy, takes_folder, spec));
     spec.set_dump(std::move(dump));
   }
@@ -126,7 +158,7 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& tak
 absl::Status CheckLinks(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
   const std::string& dump = job.spec().dump();
   absl::Status status;
-  if (job.items().dump().empty() && !LiesBelow(dump, takes_folder))
+  if (job.items().dump().empty() && ReadsDump(job.spec()) && !LiesBelow(dump, takes_folder))
     status = policy.CheckLinks("spec.dump", dump);
   for (const JobInput& input : NamedInputs(job)) {
     if (status.ok()) status = policy.CheckLinks(input.field, input.path);
@@ -217,6 +249,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
                         KindOf(request.spec()).Effective(request.spec().options()));
   *job.mutable_spec()->mutable_options() = std::move(options);
   WEFT_RETURN_IF_ERROR(ResolveItems(places.library, &prepared));
+  WEFT_RETURN_IF_ERROR(ResolveWork(places, &prepared));
   WEFT_RETURN_IF_ERROR(CanonicalizeInputs(places.policy, takes_folder, job));
   // LoadInputs wants every field.
   if (job.spec().out().empty())

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/server/daemon/calls/path_policy.h"
+#include "services/server/daemon/calls/resolve_input.h"
 #include "services/server/daemon/work/known_inputs.h"
 #include "services/server/library/library.h"
 #include "weft/v1/jobs.pb.h"
@@ -25,6 +26,7 @@ struct PreparedJob {
 struct JobPlaces {
   const PathPolicy& policy;
   Library& library;
+  const ResolveInput& resolve;
   std::string results_folder;
   KnownInputs& known;
 };

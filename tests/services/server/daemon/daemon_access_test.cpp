@@ -37,6 +37,7 @@ const std::map<std::string, v1::Role>& ExpectedRoles() {
                                                         {"Jobs.GetJob", v1::ROLE_VIEWER},
                                                         {"Jobs.ListFrames", v1::ROLE_VIEWER},
                                                         {"Jobs.ListJobs", v1::ROLE_VIEWER},
+                                                        {"Jobs.ListWorkKinds", v1::ROLE_VIEWER},
                                                         {"Jobs.RetryJob", v1::ROLE_CLIENT},
                                                         {"Jobs.SetJobPriority", v1::ROLE_CLIENT},
                                                         {"Jobs.SubmitJob", v1::ROLE_CLIENT},

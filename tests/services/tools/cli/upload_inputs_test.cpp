@@ -11,7 +11,8 @@ namespace {
 TEST(UploadInputs, TellNamesOfADaemonFromPaths) {
   EXPECT_TRUE(IsOfDaemon("take:20260101-a"));
   EXPECT_TRUE(IsOfDaemon("library:shirt"));
-  for (const char* path : {"", "take", "/takes/take:1", "./library:shirt", "job:1"})
+  EXPECT_TRUE(IsOfDaemon("job:20260101-1"));
+  for (const char* path : {"", "take", "/takes/take:1", "./library:shirt", "./job:1"})
     EXPECT_FALSE(IsOfDaemon(path)) << path;
 }
 

@@ -47,14 +47,15 @@ TEST(PathMap, MapsAllPathsOfATask) {
   const auto map = PathMap::Create({"/data=/mnt"});
   v1::Task task;
   v1::RegistrationSpec& spec = *task.mutable_spec();
-  for (std::string* path :
-       {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment(),
-        spec.mutable_out(), task.mutable_state_folder(), task.add_allowed_paths()}) {
+  for (std::string* path : {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
+                            spec.mutable_garment(), spec.mutable_driving()->mutable_avatar(),
+                            spec.mutable_out(), task.mutable_state_folder(), task.add_allowed_paths()}) {
     *path = "/data/x";
   }
   ASSERT_TRUE(map->Apply(task).ok());
-  for (const std::string& path : {spec.dump(), spec.rig(), spec.board(), spec.garment(), spec.out(),
-                                  task.state_folder(), task.allowed_paths(0)}) {
+  for (const std::string& path :
+       {spec.dump(), spec.rig(), spec.board(), spec.garment(), spec.driving().avatar(), spec.out(),
+        task.state_folder(), task.allowed_paths(0)}) {
     EXPECT_EQ(path, "/mnt/x");
   }
   spec.mutable_options()->set_scans("/data/scans");

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "services/server/rpc/error_detail.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
@@ -49,6 +50,35 @@ TEST(CheckSubmitRequest, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(with([](auto& request, auto&) { request.set_out_probe("a/b"); }), "out_probe");
   EXPECT_EQ(with([](auto& request, auto&) { request.set_priority(101); }), "priority");
   EXPECT_EQ(with([](auto& request, auto&) { request.set_idempotency_key("short"); }), "idempotency_key");
+}
+
+TEST(CheckSubmitRequest, NamesTheFieldOfWorkThatIsWrong) {
+  v1::WorkKindInfo info;
+  info.set_name("fold");
+  info.set_start(v1::WORK_START_JOB);
+  v1::WorkInputInfo& input = *info.add_inputs();
+  input.set_name("mesh");
+  input.set_is_required(true);
+  AddKindInfo(info);
+  v1::SubmitJobRequest request;
+  v1::WorkSpec& work = *request.mutable_spec()->mutable_work();
+  for (const char* unknown : {"", "knit", "take verify", "register"}) {
+    work.set_kind(unknown);
+    EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work.kind") << unknown;
+  }
+  work.set_kind("fold");
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work.inputs");
+  v1::NamedValue& mesh = *work.add_inputs();
+  mesh.set_name("mesh");
+  mesh.set_value("/mesh.ply");
+  request.mutable_spec()->mutable_driving();
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work");
+  request.mutable_spec()->clear_driving();
+  request.mutable_spec()->set_live_every(1);
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work");
+  request.mutable_spec()->clear_live_every();
+  // No program here can do it.
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work.kind");
 }
 
 TEST(CheckSubmitRequest, TakesRangesThatHoldAFrameAndNoneOfLiveJobs) {

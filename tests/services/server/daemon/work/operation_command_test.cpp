@@ -33,7 +33,7 @@ v1::OperationSpec WithOut(v1::OperationSpec spec, const std::string& name) {
   return spec;
 }
 
-absl::StatusOr<std::string> Allowed(const std::string& field, const std::string& value) {
+absl::StatusOr<std::string> Allowed(const std::string& field, v1::ItemKind, const std::string& value) {
   if (value == "/secret") return absl::PermissionDeniedError(field + ": outside");
   return "/data/" + value;
 }

@@ -38,7 +38,7 @@ class OperationQueueTest : public ::testing::Test {
     OperationQueueOptions options;
     options.folder = folder_ / "operations";
     options.program = folder_ / "program";
-    options.resolve = [](const std::string&, const std::string& value) -> absl::StatusOr<std::string> {
+    options.resolve = [](const std::string&, auto, const std::string& value) -> absl::StatusOr<std::string> {
       return std::filesystem::path(value).lexically_normal().string();
     };
     options.adopt_take = [](const std::string&, const std::string&) { return absl::OkStatus(); };

@@ -11,14 +11,16 @@
 namespace weft {
 
 struct JobInput {
-  std::string field;  // of the request: "spec.rig"
+  std::string field;  // of the request: "spec.rig", "spec.work.inputs.result"
   std::string what;   // in a sentence: "the rig"
   v1::ItemKind kind;  // in a library; ITEM_KIND_UNSPECIFIED: no library keeps such files
   bool is_required;
   std::string path;  // may be empty
+  int of_work = -1;  // position in spec.work.inputs; -1: it has a field of its own
 };
 
-// Small files first, the recording last. There is an avatar where the job names one.
+// Those of the job's kind (kind_info.h), in its order. There is an avatar where the job names one, and what
+// kinds without fields of their own are given.
 std::vector<JobInput> InputsOf(const v1::RegistrationSpec& spec);
 // Replaces the path of an input of `spec`.
 void SetInput(const JobInput& input, const std::string& path, v1::RegistrationSpec* spec);

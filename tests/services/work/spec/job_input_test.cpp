@@ -1,4 +1,4 @@
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 #include <gmock/gmock.h>
 #include <google/protobuf/message.h>

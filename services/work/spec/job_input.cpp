@@ -1,4 +1,4 @@
-#include "services/work/pipeline/job_input.h"
+#include "services/work/spec/job_input.h"
 
 #include <google/protobuf/message.h>
 
@@ -7,25 +7,13 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/work/spec/kind_info.h"
 
 namespace weft {
 namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-
-const std::vector<JobInput>& AllInputs() {
-  static const auto* const kInputs = new std::vector<JobInput>{
-      {"spec.rig", "the rig", v1::ITEM_KIND_RIG, true, ""},
-      {"spec.board", "the board", v1::ITEM_KIND_BOARD, true, ""},
-      {"spec.garment", "the template", v1::ITEM_KIND_TEMPLATE, true, ""},
-      {"spec.driving.avatar", "the avatar", v1::ITEM_KIND_AVATAR, false, ""},
-      {"spec.options.scans", "the scans", v1::ITEM_KIND_UNSPECIFIED, false, ""},
-      {"spec.options.starts", "the starts", v1::ITEM_KIND_UNSPECIFIED, false, ""},
-      {"spec.dump", "the take", v1::ITEM_KIND_DUMP, true, ""},
-  };
-  return *kInputs;
-}
 
 // Names of the fields from the spec down to the path.
 std::vector<std::string> NamesOf(const JobInput& input) {
@@ -46,20 +34,43 @@ std::string PathOf(const v1::RegistrationSpec& spec, const JobInput& input) {
   return at->GetReflection()->GetString(*at, FieldOf(*at, names.back()));
 }
 
+// Each value that is given; one without a path where none is.
+void AddOfWork(const v1::WorkSpec& work, const v1::WorkInputInfo& info, std::vector<JobInput>& inputs) {
+  const JobInput none{"spec.work.inputs." + info.name(), info.label(), info.item(), info.is_required(), ""};
+  const size_t before = inputs.size();
+  for (int i = 0; i < work.inputs_size(); ++i) {
+    if (work.inputs(i).name() != info.name()) continue;
+    inputs.push_back(none);
+    inputs.back().path = work.inputs(i).value();
+    inputs.back().of_work = i;
+  }
+  if (inputs.size() == before && info.is_required()) inputs.push_back(none);
+}
+
 }  // namespace
 
 std::vector<JobInput> InputsOf(const v1::RegistrationSpec& spec) {
   std::vector<JobInput> inputs;
-  for (const JobInput& input : AllInputs()) {
-    std::string path = PathOf(spec, input);
-    if (input.kind == v1::ITEM_KIND_AVATAR && path.empty()) continue;
-    inputs.push_back(input);
-    inputs.back().path = std::move(path);
+  const v1::WorkKindInfo* kind = FindKindInfo(KindNameOf(spec));
+  if (kind == nullptr) return inputs;
+  for (const v1::WorkInputInfo& info : kind->inputs()) {
+    JobInput input{"spec." + info.field(), info.label(), info.item(), info.is_required(), ""};
+    if (info.field().empty()) {
+      AddOfWork(spec.work(), info, inputs);
+      continue;
+    }
+    input.path = PathOf(spec, input);
+    if (info.item() == v1::ITEM_KIND_AVATAR && input.path.empty()) continue;
+    inputs.push_back(std::move(input));
   }
   return inputs;
 }
 
 void SetInput(const JobInput& input, const std::string& path, v1::RegistrationSpec* spec) {
+  if (input.of_work >= 0) {
+    spec->mutable_work()->mutable_inputs(input.of_work)->set_value(path);
+    return;
+  }
   const std::vector<std::string> names = NamesOf(input);
   Message* at = spec;
   for (size_t i = 0; i + 1 < names.size(); ++i)

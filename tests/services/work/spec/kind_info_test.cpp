@@ -1,0 +1,176 @@
+#include "services/work/spec/kind_info.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+void Add(v1::NamedValue* added, const std::string& name, const std::string& value) {
+  added->set_name(name);
+  added->set_value(value);
+}
+
+v1::WorkSpec Calibrating() {
+  v1::WorkSpec work;
+  work.set_kind("rig calibrate");
+  Add(work.add_inputs(), "dump", "take:20260131-104500-1a2b3c4d");
+  Add(work.add_inputs(), "target", "/inputs/target.json");
+  Add(work.add_options(), "every", "4");
+  return work;
+}
+
+SpecFault FaultOf(const v1::WorkSpec& work) {
+  return FaultOfWork(*FindKindInfo(work.kind()), work, "spec.work").value_or(SpecFault{});
+}
+
+TEST(KindInfos, AreFoundByTheirWholeName) {
+  const v1::WorkKindInfo* trim = FindKindInfo("take trim");
+  ASSERT_NE(trim, nullptr);
+  EXPECT_EQ(trim->out(), v1::WORK_OUT_TAKE);
+  EXPECT_EQ(trim->start(), v1::WORK_START_OPERATION);
+  for (const char* name : {"take", "take trim ", ""}) EXPECT_EQ(FindKindInfo(name), nullptr) << name;
+}
+
+// Their arguments come from clients, so nothing of a kind may be ambiguous.
+TEST(KindInfos, HaveNoNameTwice) {
+  std::set<std::string> kinds;
+  for (const v1::WorkKindInfo* kind : AllKindInfos()) {
+    EXPECT_TRUE(kinds.insert(kind->name()).second) << kind->name();
+    std::set<std::string> names;
+    for (const v1::WorkInputInfo& input : kind->inputs())
+      EXPECT_TRUE(names.insert(input.name()).second) << kind->name() << " " << input.name();
+    for (const v1::WorkOptionInfo& option : kind->options())
+      EXPECT_TRUE(names.insert(option.name()).second) << kind->name() << " " << option.name();
+  }
+}
+
+TEST(KindInfos, SayAllThatFormsShow) {
+  for (const v1::WorkKindInfo* kind : AllKindInfos()) {
+    EXPECT_FALSE(kind->title().empty() || kind->verb().empty() || kind->about().empty()) << kind->name();
+    EXPECT_NE(kind->start(), v1::WORK_START_UNSPECIFIED) << kind->name();
+    EXPECT_NE(kind->out(), v1::WORK_OUT_UNSPECIFIED) << kind->name();
+    EXPECT_TRUE(kind->start() != v1::WORK_START_OPERATION || kind->out() != v1::WORK_OUT_NAMED ||
+                !kind->out_name().empty())
+        << kind->name();
+    for (const v1::WorkInputInfo& input : kind->inputs()) EXPECT_FALSE(input.label().empty()) << input.name();
+    for (const v1::WorkOptionInfo& option : kind->options()) {
+      EXPECT_FALSE(option.label().empty()) << kind->name() << " " << option.name();
+      EXPECT_NE(option.type(), v1::OPTION_TYPE_UNSPECIFIED) << kind->name() << " " << option.name();
+      EXPECT_TRUE(option.choices().empty() || option.type() == v1::OPTION_TYPE_TEXT) << option.name();
+      EXPECT_LE(option.least(), option.most()) << option.name();
+    }
+  }
+}
+
+TEST(KindInfos, HaveOnePositionalInputAtTheMost) {
+  for (const v1::WorkKindInfo* kind : AllKindInfos()) {
+    int positional = 0;
+    for (const v1::WorkInputInfo& input : kind->inputs()) {
+      positional += input.is_positional() ? 1 : 0;
+      EXPECT_TRUE(input.is_positional() || !input.may_repeat()) << kind->name();
+    }
+    EXPECT_LE(positional, 1) << kind->name();
+  }
+}
+
+TEST(FaultOfWork, FindsNoneInARightRequest) {
+  EXPECT_FALSE(FaultOfWork(*FindKindInfo("rig calibrate"), Calibrating(), "spec.work"));
+}
+
+TEST(FaultOfWork, NamesInputsThatAreWrong) {
+  v1::WorkSpec work = Calibrating();
+  work.mutable_inputs()->RemoveLast();
+  EXPECT_EQ(FaultOf(work).field, "spec.work.inputs");
+  EXPECT_EQ(FaultOf(work).why, "target is missing");
+  work = Calibrating();
+  Add(work.add_inputs(), "target", "/another.json");
+  EXPECT_EQ(FaultOf(work).why, "target is given 2 times");
+  work = Calibrating();
+  Add(work.add_inputs(), "board", "/board.json");
+  EXPECT_EQ(FaultOf(work).why, "\"board\" is no input of rig calibrate");
+  EXPECT_EQ(FaultOf(work).remedy, "it has dump, target, rig");
+  work = Calibrating();
+  Add(work.add_inputs(), "rig", "");
+  EXPECT_EQ(FaultOf(work).why, "rig is empty");
+  for (const std::string& path : {std::string("/a\0b", 4), std::string("/a\nb")}) {
+    work.mutable_inputs(2)->set_value(path);
+    EXPECT_EQ(FaultOf(work).why, "rig holds a control character");
+  }
+  work.mutable_inputs(2)->set_value(std::string(4097, 'a'));
+  EXPECT_EQ(FaultOf(work).why, "rig has 4097 bytes");
+  work = Calibrating();
+  for (int i = 0; i < 1000; ++i) Add(work.add_inputs(), "dump", "/d");
+  EXPECT_EQ(FaultOf(work).why, "are too many");
+}
+
+TEST(FaultOfWork, TakesTheSameInputAgainWhereTheKindDoes) {
+  v1::WorkSpec work;
+  work.set_kind("template build");
+  Add(work.add_inputs(), "sources", "/one");
+  Add(work.add_inputs(), "sources", "/two");
+  Add(work.add_inputs(), "board", "/board.json");
+  EXPECT_EQ(FaultOf(work).why, "");
+}
+
+TEST(FaultOfWork, NamesOptionsThatAreWrong) {
+  const auto why_of = [](const std::string& name, const std::string& value) {
+    v1::WorkSpec work = Calibrating();
+    work.clear_options();
+    Add(work.add_options(), name, value);
+    const SpecFault fault = FaultOf(work);
+    EXPECT_EQ(fault.field, fault.why.empty() ? "" : "spec.work.options");
+    return fault.why + "; " + fault.remedy;
+  };
+  for (const char* good : {"1", "10000"}) EXPECT_EQ(why_of("every", good), "; ") << good;
+  for (const char* bad : {"0", "10001", "-1", "1.5", "one", "", "1e3"}) {
+    EXPECT_EQ(why_of("every", bad),
+              std::string("every is \"") + bad + "\"; give a whole number from 1 to 10000");
+  }
+  for (const char* good : {"0.3", "4", "2.2"}) EXPECT_EQ(why_of("gamma", good), "; ") << good;
+  for (const char* bad : {"0.29", "4.01", "nan", "inf", "x"})
+    EXPECT_THAT(why_of("gamma", bad), HasSubstr("give a number from 0.3 to 4")) << bad;
+  EXPECT_EQ(why_of("max-rms-px", "-3"), "; ");  // the command judges it
+  EXPECT_EQ(why_of("world-floor", ""), "; ");
+  EXPECT_THAT(why_of("world-floor", "yes"), HasSubstr("without a value"));
+  EXPECT_EQ(why_of("scale", "bar"), "; ");
+  EXPECT_EQ(why_of("scale", "bars"), "scale is \"bars\"; give one of tags, bar");
+  EXPECT_THAT(why_of("threads", "4"), HasSubstr("\"threads\" is no option of rig calibrate"));
+  EXPECT_THAT(why_of("id", "a\nb"), HasSubstr("id holds a control character"));
+}
+
+TEST(FaultOfWork, AsksForRequiredOptions) {
+  v1::WorkSpec work;
+  work.set_kind("export");
+  Add(work.add_inputs(), "result", "job:1");
+  EXPECT_EQ(FaultOf(work).why, "format is missing");
+  Add(work.add_options(), "format", "glb");
+  EXPECT_EQ(FaultOf(work).why, "");
+}
+
+TEST(UnknownKind, NamesThoseThatThereAre) {
+  const SpecFault fault = UnknownKind("rig\x01", v1::WORK_START_OPERATION, "spec.command");
+  EXPECT_EQ(fault.field, "spec.command");
+  EXPECT_EQ(fault.why, "\"rig\\x01\" is none that a daemon runs");
+  for (const v1::WorkKindInfo* kind : AllKindInfos()) {
+    EXPECT_EQ(fault.remedy.find(kind->name()) != std::string::npos, kind->start() == v1::WORK_START_OPERATION)
+        << kind->name();
+  }
+}
+
+TEST(KindNameOf, IsThatOfTheFieldsThatAreGiven) {
+  v1::RegistrationSpec spec;
+  EXPECT_EQ(KindNameOf(spec), kRegisterKind);
+  spec.mutable_driving();
+  EXPECT_EQ(KindNameOf(spec), kDriveKind);
+  spec.mutable_work()->set_kind("copy meshes");
+  EXPECT_EQ(KindNameOf(spec), "copy meshes");
+}
+
+}  // namespace
+}  // namespace weft
