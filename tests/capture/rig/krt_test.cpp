@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "tests/capture/rig/exchanged_rig.h"
+
 namespace weft {
 namespace {
 
@@ -86,6 +88,14 @@ TEST(Krt, MayHaveCommentsAndCommas) {
   // A decimal comma makes a number too many.
   EXPECT_THAT(std::string(ParseKrt("a\n4000,5 0 1185\n", "KRT", 9, 9).status().message()),
               HasSubstr("has 4 numbers, expected 3"));
+}
+
+TEST(ParseKrt, KeepsEveryDigitThereAndBack) {
+  const Rig rig = TwoCameras(false);
+  const auto back = ParseKrt(FormatKrt(rig).value(), "KRT", 2668, 4096);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->ContentHash(), rig.ContentHash());
+  EXPECT_THAT(std::string(FormatKrt(TwoCameras(true)).status().message()), HasSubstr("k4 k5 k6"));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Cameras of YAML and JSON as other programs write them.
+#include "capture/rig/yaml_pose.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "capture/rig/opencv_yaml.h"
+#include "tests/capture/rig/exchanged_rig.h"
 
 namespace weft {
 namespace {
@@ -13,31 +15,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-std::string YamlMatrix(const std::string& name, int rows, int cols, const std::string& data) {
-  return name + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(cols) + "\n  data: [" +
-         data + "]\n";
-}
-
-std::string YamlCamera(const std::string& rest) {
-  return "image_width: 1280\nimage_height: 1024\n" +
-         YamlMatrix("camera_matrix", 3, 3, "700., 0., 640., 0., 700., 512., 0., 0., 1.") + rest;
-}
-
-const std::string kFisheyeLens = YamlMatrix("distortion_coefficients", 4, 1, "0.08, -0.02, 0.006, -0.001");
-
-std::vector<std::string> CameraIds(const absl::StatusOr<ForeignRig>& rig) {
-  EXPECT_TRUE(rig.ok()) << rig.status();
-  std::vector<std::string> ids;
-  if (rig.ok())
-    for (const CameraModel& camera : rig->rig.cameras) ids.push_back(camera.id);
-  return ids;
-}
-
-std::string PosedCamera(const std::string& rest) {
-  return YamlCamera(YamlMatrix("distortion_coefficients", 5, 1, "0, 0, 0, 0, 0") + rest);
-}
-
-TEST(YamlCameras, PosesAreReadByTheNamesThatProgramsGive) {
+TEST(YamlPose, IsReadByTheNamesThatProgramsGive) {
   // A quarter turn around y.
   const std::string turn = "[0, 0, 1, 0, 1, 0, -1, 0, 0]",
                     full = "[0,0,1,10, 0,1,0,20, -1,0,0,3000, 0,0,0,1]";
@@ -60,7 +38,7 @@ TEST(YamlCameras, PosesAreReadByTheNamesThatProgramsGive) {
   }
 }
 
-TEST(YamlCameras, PosesThatAreNotReadAreRefused) {
+TEST(YamlPose, ThatIsNotReadIsRefused) {
   const auto message = [](const std::string& pose) {
     const auto rig = ParseOpenCvYaml(PosedCamera(pose), "cam.yml");
     EXPECT_EQ(rig.status().code(), absl::StatusCode::kInvalidArgument) << pose;
@@ -92,35 +70,22 @@ TEST(YamlCameras, PosesThatAreNotReadAreRefused) {
   EXPECT_THAT(stereo->remarks, ElementsAre(HasSubstr("the camera is at the world's origin")));
 }
 
-TEST(YamlCameras, CamerasAreCalledAsTheirFilesCallThem) {
-  EXPECT_THAT(CameraIds(ParseOpenCvYaml(PosedCamera("name: left\n"), "cam.yml")), ElementsAre("left"));
-  EXPECT_THAT(CameraIds(ParseOpenCvYaml(PosedCamera("camera_id: 7\n"), "cam.yml")), ElementsAre("7"));
-  const std::string lens =
-      "{image_width: 1280, image_height: 1024, K: [700,0,640,0,700,512,0,0,1], D: [0,0,0,0,0]}";
-  EXPECT_THAT(CameraIds(ParseOpenCvYaml("left: " + lens + "\nright: " + lens + "\n", "m")),
-              ElementsAre("left", "right"));
-  EXPECT_THAT(CameraIds(ParseOpenCvYaml("cameras: {a: " + lens + ", b: " + lens + "}\n", "m")),
-              ElementsAre("a", "b"));
-  const auto unnamed = ParseOpenCvYaml("[" + lens + ", " + lens + "]\n", "list");
-  EXPECT_THAT(CameraIds(unnamed), ElementsAre("camera0", "camera1"));
-  EXPECT_THAT(unnamed->remarks, ElementsAre(HasSubstr("camera 0 has no camera_name"), HasSubstr("camera 1")));
+TEST(YamlPose, ACameraWithoutOneStaysWhereItIs) {
+  CameraModel camera;
+  camera.translation_mm = {1, 2, 3};
+  std::vector<std::string> remarks;
+  ASSERT_TRUE(SetYamlPose(YAML::Load("{image_width: 640}"), camera, remarks).ok());
+  EXPECT_EQ(camera.translation_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_TRUE(camera.rotation.isIdentity());
+  EXPECT_TRUE(remarks.empty());
 }
 
-TEST(YamlCameras, AFieldMayNameTheLensAnywhere) {
-  const std::string five = YamlMatrix("distortion_coefficients", 5, 1, "0.08, -0.02, 0, 0, 0");
-  const auto message = [](const std::string& text) {
-    return std::string(ParseOpenCvYaml(text, "cam.yml").status().message());
-  };
-  EXPECT_THAT(message(YamlCamera(five + "camera_model: fisheye\n")),
-              HasSubstr("the model fisheye has 4 distortion coefficients, the file 5"));
-  EXPECT_THAT(message(YamlCamera(five + "distortion_model: plumb_bob\ncamera_model: fisheye\n")),
-              HasSubstr("which are other lenses"));
-  EXPECT_THAT(message(YamlCamera(five + "camera_model: omni\n")), HasSubstr("the lens model omni"));
-  EXPECT_EQ(message(YamlCamera(five + "camera_model: Blackfly S\n")), "");
-  EXPECT_EQ(message(YamlCamera(five + "camera_model: pinhole\ndistortion_model: radtan\n")), "");
-  const auto fisheye = ParseOpenCvYaml(YamlCamera(kFisheyeLens + "camera_model: fisheye\n"), "cam.yml");
-  ASSERT_TRUE(fisheye.ok()) << fisheye.status();
-  EXPECT_NEAR(fisheye->rig.cameras[0].Project({1, 0, 1})->x(), 640 + 700 * 0.8191714, 0.01);
+TEST(YamlPose, AVectorOfRodriguesOfNoLengthTurnsNothing) {
+  CameraModel camera;
+  std::vector<std::string> remarks;
+  ASSERT_TRUE(SetYamlPose(YAML::Load("{rvec: [0, 0, 0], tvec: [4, 5, 6]}"), camera, remarks).ok());
+  EXPECT_TRUE(camera.rotation.isIdentity());
+  EXPECT_EQ(camera.translation_mm, Eigen::Vector3d(4, 5, 6));
 }
 
 }  // namespace
