@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "services/formats/synthetic/cloth_writer.h"
 #include "services/formats/synthetic/dataset_file.h"
 #include "services/formats/synthetic/frames_file.h"
 #include "services/formats/synthetic/take_folder.h"
@@ -90,45 +89,6 @@ TEST(DatasetWriter, LeavesOtherProcessesTakesAndOtherFoldersAlone) {
   WriteBytes(folder / "photos/a.jpg", "x");
   EXPECT_EQ(MakeDataset(preset, folder / "photos", 0).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(MakeDataset(ThreeTakes(), folder / "set", 0).status().code(), absl::StatusCode::kAlreadyExists);
-}
-
-TEST(ClothWriter, TornClothIsToldFromWornCloth) {
-  TriangleMesh rest = {{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 10, 0}}, {{0, 1, 2}, {1, 3, 2}}};
-  EXPECT_EQ(MedianStretch(rest, rest.vertices_mm), 0);
-  // Turned and folded along the diagonal: no edge changes.
-  std::vector<Eigen::Vector3d> folded = rest.vertices_mm;
-  folded[3] = folded[0];
-  EXPECT_NEAR(MedianStretch(rest, folded), 0, 1e-12);
-  for (const double scale : {0.7, 1.3}) {
-    std::vector<Eigen::Vector3d> torn = rest.vertices_mm;
-    for (Eigen::Vector3d& p : torn) p *= scale;
-    EXPECT_NEAR(MedianStretch(rest, torn), 0.3, 1e-12);
-  }
-}
-
-TEST(DatasetFile, RefusesWhatLeaks) {
-  const auto message = [](const std::string& takes) {
-    const absl::StatusOr<v1::Dataset> dataset = ParseDataset("{\"takes\": [" + takes + "]}", "dataset.json");
-    return dataset.ok() ? "" : std::string(dataset.status().message());
-  };
-  const auto take = [](const std::string& split, const std::string& motion, int seed) {
-    return "{\"name\": \"" + split + "-" + motion + "-" + std::to_string(seed) + "\", \"split\": \"" + split +
-           "\", \"motion\": \"" + motion + "\", \"motion_seed\": \"" + std::to_string(seed) +
-           "\", \"frames\": 9}";
-  };
-  EXPECT_EQ(message(take("train", "walk", 1) + "," + take("test-known", "walk", 2)), "");
-  EXPECT_NE(message(take("train", "walk", 1) + "," + take("test-known", "walk", 1)).find("has the motion of"),
-            std::string::npos);
-  EXPECT_NE(message(take("train", "walk", 1) + "," + take("test-unseen", "walk", 2)).find("is of a class"),
-            std::string::npos);
-  EXPECT_NE(message(take("chaos", "walk", 1)).find("repeats no take"), std::string::npos);
-  EXPECT_NE(message(take("exam", "walk", 1)).find("split \"exam\" is none of"), std::string::npos);
-  // Names are folders.
-  EXPECT_NE(
-      message("{\"name\": \"../../x\", \"split\": \"train\", \"motion\": \"walk\"}").find("should be called"),
-      std::string::npos);
-  const TempFolder folder;
-  EXPECT_EQ(ReadDatasetFile(folder / "set").status().code(), absl::StatusCode::kNotFound);
 }
 
 }  // namespace

@@ -14,27 +14,13 @@
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/synthetic/truth_file.h"
-#include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/simulation/tiny_take.h"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-
-SyntheticTakeOptions TinyOptions(uint64_t seed, int frames, int cameras) {
-  SyntheticTakeOptions options = *SyntheticPreset("tiny", seed);
-  options.performance.frames = frames;
-  options.performance.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
-  options.rig.cameras = cameras;
-  return options;
-}
-
-SyntheticTake Tiny(uint64_t seed, int frames, int cameras) {
-  absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(TinyOptions(seed, frames, cameras));
-  EXPECT_TRUE(take.ok()) << take.status();
-  return *std::move(take);
-}
 
 absl::StatusOr<TakeSummary> Write(SyntheticTake& take, const std::string& out,
                                   const std::function<void()>& on_view = {},
@@ -189,35 +175,12 @@ TEST(TakeWriter, GoesOnAfterAStopWithTheSameBytes) {
   EXPECT_EQ(FilesBelow(folder / "take"), FilesBelow(folder / "whole"));
 }
 
-TEST(TakeFolder, RefusesATakeOfAnotherRecipeAndNamesBoth) {
-  const TempFolder folder;
-  ASSERT_TRUE(TakeFolder::Open(folder / "take", "seed 1").ok());
-  EXPECT_TRUE(TakeFolder::Open(folder / "take", "seed 1").ok());
-  const auto other = TakeFolder::Open(folder / "take", "seed 2");
-  EXPECT_EQ(other.status().code(), absl::StatusCode::kAlreadyExists);
-  EXPECT_NE(other.status().message().find("seed 1"), std::string::npos) << other.status();
-  EXPECT_NE(other.status().message().find("seed 2"), std::string::npos) << other.status();
-}
-
-TEST(TakeFolder, OneProcessWritesAtATime) {
-  const TempFolder folder;
-  const auto first = TakeFolder::Open(folder / "take", "seed 1");
-  ASSERT_TRUE(first.ok()) << first.status();
-  EXPECT_EQ(TakeFolder::Open(folder / "take", "seed 1").status().code(), absl::StatusCode::kUnavailable);
-}
-
 TEST(TakeWriter, LeavesNothingBehindWhenItFails) {
   const TempFolder folder;
   WriteBytes(folder / "file", "not a folder");
   SyntheticTake take = Tiny(1, 1, 1);
   EXPECT_FALSE(Write(take, folder / "file/take").ok());
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
-}
-
-TEST(SyntheticPreset, UnknownNamesAreAnsweredWithTheKnownOnes) {
-  const auto preset = SyntheticPreset("huge", 1);
-  EXPECT_EQ(preset.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_NE(preset.status().message().find("tiny, quickstart"), std::string::npos);
 }
 
 TEST(TakeWriter, DeepPicturesAreStoredWith16BitsWhateverTheirOwn) {
@@ -263,89 +226,6 @@ TEST(TakeWriter, LostPicturesAreMissingAndNamed) {
       lost += there ? 0 : 1;
     }
   EXPECT_EQ(lost, summary->lost_pictures);
-}
-
-TEST(SyntheticTake, TruthIsThatOfTheMiddleOfEachCamerasExposure) {
-  SyntheticTakeOptions options = TinyOptions(1, 1, 4);
-  options.performance.handles.sway_mm = 20;
-  options.shutter.time_offset_ms = 4, options.shutter.exposure_ms = 2;
-  auto take = SyntheticTake::Make(options);
-  ASSERT_TRUE(take.ok()) << take.status();
-  const auto frame = take->Next();
-  ASSERT_TRUE(frame.ok()) << frame.status();
-  auto performance = Performance::Start(options.performance);
-  ASSERT_TRUE(performance.ok());
-  const auto moment = performance->Next();
-  ASSERT_TRUE(moment.ok());
-  int checked = 0;
-  for (int c = 0; c < 4; ++c) {
-    const auto view = take->Film(*frame, c);
-    ASSERT_TRUE(view.ok()) << view.status();
-    EXPECT_NE(view->mid_exposure_ns, 0);
-    EXPECT_LE(std::abs(view->mid_exposure_ns), 4000000);
-    for (const NodeTruth& n : view->truth.nodes) {
-      if (n.vertex < 0) continue;
-      const Eigen::Vector3d place =
-          moment->vertices_mm[n.vertex] + 1e-9 * view->mid_exposure_ns * moment->velocities_mm_s[n.vertex];
-      const auto pixel = take->rig().cameras[c].Project(place);
-      ASSERT_TRUE(pixel.has_value());
-      EXPECT_LT((*pixel - n.pixel_px).norm(), 1e-6);
-      ++checked;
-    }
-  }
-  EXPECT_GT(checked, 500);
-}
-
-TEST(SyntheticTake, GarmentHangsWhereAGivenRigLooksAndPicturesAreCroppedToIt) {
-  SyntheticTakeOptions options = TinyOptions(1, 1, 3);
-  options.rig.aim_mm = {500, -300, 900};
-  options.rig.fill = 0.4;
-  const auto rig = MakeStudioRig("given", options.rig);
-  ASSERT_TRUE(rig.ok()) << rig.status();
-  EXPECT_LT((AimOf(*rig) - options.rig.aim_mm).norm(), 40) << "cameras look past the aim a little";
-  options.given_rig = *rig;
-  options.crop_margin_mm = 5;
-  auto take = SyntheticTake::Make(options);
-  ASSERT_TRUE(take.ok()) << take.status();
-  const auto frame = take->Next();
-  ASSERT_TRUE(frame.ok()) << frame.status();
-  EXPECT_LT((frame->scene.CenterMm() - AimOf(*rig)).norm(), 15);
-  for (size_t c = 0; c < take->rig().cameras.size(); ++c) {
-    const CameraModel &cropped = take->rig().cameras[c], &whole = rig->cameras[rig->IndexOf(cropped.id)];
-    EXPECT_LT(cropped.width_px * cropped.height_px, whole.width_px * whole.height_px);
-    const auto a = cropped.Project(frame->scene.CenterMm()), b = whole.Project(frame->scene.CenterMm());
-    ASSERT_TRUE(a && b);
-    EXPECT_NEAR((*b - *a).x(), whole.cx_px - cropped.cx_px, 1e-9);
-    for (const Eigen::Vector3d& v : frame->scene.mesh().vertices_mm) {
-      const auto pixel = whole.Project(v);
-      if (!pixel || !whole.Contains(*pixel)) continue;
-      EXPECT_TRUE(cropped.Contains(*cropped.Project(v)));
-    }
-  }
-}
-
-TEST(TruthFile, BrokenBytesAreNamed) {
-  ViewTruth truth{"c", {}};
-  truth.nodes.resize(2);
-  truth.nodes[1].node = {3, 40000, NodeKind::kCorner};
-  truth.nodes[1].pixel_px = {-0.5, 4095.1234};
-  const std::string bytes = EncodeViewTruth(truth);
-  const auto read = DecodeViewTruth(bytes, "c", "t");
-  ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_EQ(read->nodes[1].node, truth.nodes[1].node);
-  EXPECT_LT((read->nodes[1].pixel_px - truth.nodes[1].pixel_px).norm(), 1e-9);
-  const auto message = [](const std::string& broken) {
-    const auto out = DecodeViewTruth(broken, "c", "t.truth");
-    EXPECT_EQ(out.status().code(), absl::StatusCode::kInvalidArgument);
-    return std::string(out.status().message());
-  };
-  EXPECT_NE(message("kind,row\n").find("t.truth: is not a view's truth"), std::string::npos);
-  EXPECT_NE(message(bytes.substr(0, bytes.size() - 1)).find("truncated"), std::string::npos);
-  EXPECT_NE(message(bytes + "x").find("bytes for 2 nodes"), std::string::npos);
-  EXPECT_NE(message(bytes.substr(0, 9)).find("ends before"), std::string::npos);
-  std::string flags = bytes;
-  flags[12] = 8;
-  EXPECT_NE(message(flags).find("node 0: flags"), std::string::npos);
 }
 
 }  // namespace
