@@ -99,16 +99,23 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   CLI::App* describe = AddCommand(
       take, "describe",
       "Say what a take is called on the set, and what else should be known of it. What is not given "
-      "stays. It stands in take.json, and `weft take info`, `list` and `search`, reports and the "
-      "console show it.",
+      "stays, and an empty text takes away what was said. It stands in take.json, and `weft take info`, "
+      "`list` and `search`, reports and the console show it.",
       "  weft take describe take --slate \"12A take 3\" --name walk --notes \"left sleeve is wet\"\n"
       "  weft take describe take:20260131-104500-1a2b3c4d --slate 12B --server 127.0.0.1:7411");
   describe->add_option("TAKE", described->take, "Folder of the take; with --server, its id")
       ->required()
       ->type_name("");
-  describe->add_option("--slate", described->slate, "A line")->type_name("TEXT");
-  describe->add_option("--name", described->name, "A line")->type_name("TEXT");
-  describe->add_option("--notes", described->notes, "Up to 4096 bytes, in lines")->type_name("TEXT");
+  // CLI11 takes an empty text for an option that is not given, and it is one: the text goes away.
+  const auto add_text = [&](const char* name, std::optional<std::string>& text, const char* about) {
+    describe
+        ->add_option_function<std::string>(
+            name, [to = &text](const std::string& given) { *to = given; }, about)
+        ->type_name("TEXT");
+  };
+  add_text("--slate", described->slate, "A line");
+  add_text("--name", described->name, "A line");
+  add_text("--notes", described->notes, "Up to 4096 bytes, in lines");
   AddServerOption(*describe, described->server, "HOST:PORT of the daemon that has the take");
   describe->add_flag("--json", described->json, "Print JSON");
   describe->callback([described, &line] { line.run = [described] { return DescribeHere(*described); }; });
