@@ -1,6 +1,6 @@
 #include "services/studio/video/video_packets.h"
 
-#include <cstdlib>
+#include <cstdint>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -14,7 +14,8 @@ namespace {
 constexpr size_t kMostPackets = 10'000'000;
 
 bool TimeOf(absl::string_view text, int64_t& time) {
-  return absl::SimpleAtoi(text, &time) && std::abs(time) <= INT64_MAX / 4;
+  constexpr int64_t kMost = INT64_MAX / 4;
+  return absl::SimpleAtoi(text, &time) && time >= -kMost && time <= kMost;
 }
 
 }  // namespace
