@@ -1,0 +1,102 @@
+// weft pattern generate, check, join.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/formats/files/board_file.h"
+#include "services/tools/cli/commands.h"
+#include "tests/capture/temp_folder.h"
+#include "tests/services/tools/cli/run_command.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class CommandPattern : public ::testing::Test {
+ protected:
+  CommandRun Pattern(std::vector<std::string> words) const {
+    words.insert(words.begin(), "pattern");
+    return RunCommand(AddPatternCommand, std::move(words));
+  }
+  CommandRun Generate(const std::string& seed, std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"generate",       "--rows", "12",     "--cols", "10",
+                                      "--cell-mm",      "2.5",    "--seed", seed,     "--out",
+                                      folder_ / "board"};
+    words.insert(words.end(), more.begin(), more.end());
+    return Pattern(words);
+  }
+
+  const TempFolder folder_;
+};
+
+TEST_F(CommandPattern, ABoardIsWrittenAsItsOptionsSay) {
+  const CommandRun run = Generate("3", {"--square-fraction", "0.8"});
+  ASSERT_TRUE(run.status.ok()) << run.status;
+  const auto board = ReadBoard(folder_ / "board");
+  ASSERT_TRUE(board.ok()) << board.status();
+  EXPECT_EQ(board->rows, 12);
+  EXPECT_EQ(board->cols, 10);
+  EXPECT_EQ(board->cell_mm, 2.5);
+  EXPECT_EQ(board->square_fraction, 0.8);
+  EXPECT_TRUE(board->FindClashes(1).empty());
+  EXPECT_EQ(run.out, folder_ / "board" +
+                         std::string("/board.json: 12 rows, 10 columns, cells of 2.5 mm (25 x 30 "
+                                     "mm), hash ") +
+                         board->ContentHash() + "\n");
+  EXPECT_THAT(ReadBytes(folder_ / "board/board.json"), HasSubstr("weft pattern generate, seed 3"));
+}
+
+// The fabric of a board that is gone cannot be read any more.
+TEST_F(CommandPattern, ABoardIsReplacedByItselfOrByForce) {
+  ASSERT_TRUE(Generate("3").status.ok());
+  const std::string hash = ReadBoard(folder_ / "board")->ContentHash();
+  EXPECT_TRUE(Generate("3").status.ok());
+  // The colours of another pitch are the same, and the fabric is not.
+  EXPECT_EQ(Pattern({"generate", "--rows", "12", "--cols", "10", "--cell-mm", "3", "--seed", "3", "--out",
+                     folder_ / "board"})
+                .status.code(),
+            absl::StatusCode::kAlreadyExists);
+  const CommandRun refused = Generate("4");
+  EXPECT_EQ(refused.status.code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(refused.message(), AllOf(HasSubstr("a board, whose fabric may be sewn"), HasSubstr("--force")));
+  EXPECT_EQ(ReadBoard(folder_ / "board")->ContentHash(), hash);
+  ASSERT_TRUE(Generate("4", {"--force"}).status.ok());
+  EXPECT_NE(ReadBoard(folder_ / "board")->ContentHash(), hash);
+}
+
+TEST_F(CommandPattern, CheckNamesAFewOfManyClashes) {
+  Board board = *GenerateBoard(12, 12, 2.7, 1);
+  for (size_t i = 0; i < board.cells.size(); ++i)  // every second cell alike: all windows read as others
+    board.cells[i] = static_cast<CellColor>((i / 12 + i % 12) % 2);
+  board.id = "clashing";
+  ASSERT_TRUE(WriteBoard(folder_ / "board", board).ok());
+  const CommandRun run = Pattern({"check", folder_ / "board", "--limit", "2"});
+  EXPECT_EQ(run.status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(run.message(), HasSubstr(": 2 or more pairs of 3x3 windows read the same"));
+  size_t lines = 0;
+  for (size_t at = run.out.find("clash: "); at != std::string::npos; at = run.out.find("clash: ", at + 1))
+    ++lines;
+  EXPECT_EQ(lines, 2u);
+}
+
+TEST_F(CommandPattern, CheckComparesWithARandomBoardOnRequest) {
+  ASSERT_TRUE(Generate("3").status.ok());
+  const CommandRun alone = Pattern({"check", folder_ / "board"});
+  ASSERT_TRUE(alone.status.ok()) << alone.status;
+  EXPECT_THAT(alone.out, HasSubstr("every 3x3 window is unique under rotation\n"));
+  EXPECT_EQ(alone.out.find("random board"), std::string::npos);
+  const CommandRun compared = Pattern({"check", folder_ / "board", "--compare"});
+  ASSERT_TRUE(compared.status.ok()) << compared.status;
+  EXPECT_THAT(compared.out, HasSubstr("random board"));
+}
+
+TEST_F(CommandPattern, BoardsThatShareWindowsAreNotJoined) {
+  ASSERT_TRUE(Generate("3").status.ok());
+  const CommandRun run = Pattern({"join", folder_ / "board", folder_ / "board", "--out", folder_ / "both"});
+  EXPECT_EQ(run.status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "both"));
+}
+
+}  // namespace
+}  // namespace weft
