@@ -83,12 +83,14 @@ def temporary_files(folder):
 
 
 def wait_for(condition, what, pause_s=0.02):
+    """Pauses for longer than a condition takes, or a question that starts a program would keep a processor busy."""
     deadline = time.monotonic() + LONG_S
-    while time.monotonic() < deadline:
+    while (asked := time.monotonic()) < deadline:
         value = condition()
         if value:
             return value
-        time.sleep(pause_s)
+        took_s = time.monotonic() - asked
+        time.sleep(min(0.5, max(pause_s, 2 * took_s)) if pause_s else 0)
     raise AssertionError(f"waited {LONG_S} s for {what}")
 
 
