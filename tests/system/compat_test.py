@@ -20,6 +20,14 @@ ENDED = ("JOB_STATE_DONE", "JOB_STATE_FAILED", "JOB_STATE_CANCELLED")
 class Samples(unittest.TestCase):
     """Every test gets a copy of each version's samples, which it may change."""
 
+    @classmethod
+    def setUpClass(cls):
+        cls.unpacked = tempfile.TemporaryDirectory(prefix="weft samples ")
+        cls.addClassCleanup(cls.unpacked.cleanup)
+        for version in VERSIONS:
+            with tarfile.open(os.path.join(SAMPLES, version + ".tar.xz")) as archive:
+                archive.extractall(os.path.join(cls.unpacked.name, version))
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="weft test ")
         self.addCleanup(folder.cleanup)
@@ -29,8 +37,7 @@ class Samples(unittest.TestCase):
     def each(self):
         for version in VERSIONS:
             here = os.path.join(self.folder, version)
-            with tarfile.open(os.path.join(SAMPLES, version + ".tar.xz")) as archive:
-                archive.extractall(here)
+            shutil.copytree(os.path.join(self.unpacked.name, version), here, symlinks=True)
             self.expected = json.loads(read(os.path.join(here, "expected.json")))
             self.frames = sorted(name for name in os.listdir(os.path.join(here, "result")) if name.isdigit())
             yield lambda *names, here=here: os.path.join(here, *names)
@@ -176,6 +183,7 @@ class Daemons(Samples):
     def setUpClass(cls):
         if subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "true"], stderr=subprocess.DEVNULL).returncode:
             raise unittest.SkipTest("no mount namespaces for this user")
+        super().setUpClass()
 
     def start(self, path, allowed="/srv/weft", listens=True):
         """In a mount namespace of its own."""
