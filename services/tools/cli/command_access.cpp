@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/access/role_words.h"
@@ -87,23 +88,17 @@ using AccessAction = absl::Status (*)(const AccessCommandOptions&);
 
 void SetUpAccessCommand(CLI::App* command, CommandLine& line,
                         const std::shared_ptr<AccessCommandOptions>& options, AccessAction action) {
-  command->add_option("--state", options->state_folder, "State folder of the daemon, on this machine")
-      ->type_name("DIR")
+  AddRequired(*command, "--state DIR", options->state_folder, "State folder of the daemon, on this machine")
       ->envname("WEFT_STATE")
-      ->check(CLI::ExistingDirectory)
-      ->required();
+      ->check(CLI::ExistingDirectory);
   command->callback([options, action, &line] { line.run = [options, action] { return action(*options); }; });
 }
 
 void AddRoleOption(CLI::App* command, const std::shared_ptr<AccessCommandOptions>& options) {
-  command
-      ->add_option(
-          "--role", options->role,
-          "viewer looks; client also sends work; operator also runs cameras, sessions and takes; admin "
-          "may do everything")
-      ->type_name("ROLE")
-      ->check(OneOf({"viewer", "client", "operator", "admin"}))
-      ->required();
+  AddRequired(*command, "--role ROLE", options->role,
+              "viewer looks; client also sends work; operator also runs cameras, sessions and takes; admin "
+              "may do everything")
+      ->check(OneOf({"viewer", "client", "operator", "admin"}));
 }
 
 }  // namespace
@@ -124,9 +119,8 @@ void AddAccessCommand(CLI::App& app, CommandLine& line) {
   SetUpAccessCommand(token, line, options, AddAccessToken);
   AddRoleOption(token, options);
   token->add_option("NAME", options->who, "Whose it is")->required();
-  token->add_option("--days", options->days, "It expires after so long; 0: never")
-      ->type_name("DAYS")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*token, "--days DAYS", options->days, "It expires after so long; 0: never",
+            CLI::NonNegativeNumber);
   CLI::App* certificate =
       AddCommand(*group, "certificate", "Give the owner of a certificate a role, or another role.",
                  "  weft access certificate render-1 --role client --state /var/lib/weft");
@@ -145,10 +139,9 @@ void AddAccessCommand(CLI::App& app, CommandLine& line) {
       *group, "log", "Show who changed what through the daemon, and who was refused, from its audit log.",
       "  weft access log --state /var/lib/weft --last 20");
   SetUpAccessCommand(log, line, options, PrintAuditLog);
-  log->add_option("--last", options->last, "So many entries, the newest at the end")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
+  AddOption(*log, "--last N", options->last, "So many entries, the newest at the end",
+            CLI::Range(1, 1'000'000))
+      ->capture_default_str();
 }
 
 }  // namespace weft

@@ -30,6 +30,7 @@
 #include "services/formats/pcd/pcd_file.h"
 #include "services/formats/pcd/scan_file.h"
 #include "services/formats/verdict/limits.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/pipeline_flags.h"
@@ -239,39 +240,26 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
                  "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
   auto options = std::make_shared<AlignCommandOptions>();
   command->add_option("CLOUD", options->cloud, "The cloud: a PLY or PCD file")->required()->type_name("");
-  command->add_option("--template", options->garment, "Folder that `weft template import` wrote")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--out", options->out, "The mesh.ply to write")->required()->type_name("FILE");
-  command
-      ->add_option("--preset", options->preset,
-                   "best: least error on hidden cloth; paper: the paper's weights")
-      ->type_name("NAME");
-  command
-      ->add_option(
-          "--scan", options->scan,
-          "A scan of the same moment by any other method, PLY or PCD in mm: evidence for cloth that the "
-          "cloud does not show")
-      ->type_name("FILE");
-  command
-      ->add_option("--start", options->start,
-                   "A mesh of the template, PLY or OBJ in mm, from another moment or registration: vertices "
-                   "that the cloud "
-                   "does not show start from there instead of from a smooth fill")
-      ->type_name("FILE");
+  AddRequired(*command, "--template DIR", options->garment, "Folder that `weft template import` wrote");
+  AddRequired(*command, "--out FILE", options->out, "The mesh.ply to write");
+  AddOption(*command, "--preset NAME", options->preset,
+            "best: least error on hidden cloth; paper: the paper's weights");
+  AddOption(*command, "--scan FILE", options->scan,
+            "A scan of the same moment by any other method, PLY or PCD in mm: evidence for cloth that the "
+            "cloud does not show");
+  AddOption(*command, "--start FILE", options->start,
+            "A mesh of the template, PLY or OBJ in mm, from another moment or registration: vertices that "
+            "the cloud does not show start from there instead of from a smooth fill");
   AddPipelineFlags(*command, options->pipeline);
   command->add_flag_callback(
       "--stretchy",
       [options] { options->pipeline.named.mutable_alignment()->set_stretch_rings(kStretchRings); },
       "For cloth that stretches by more than a few percent: hidden cloth is as long as the "
       "measured cloth around it, not as the template");
-  command
-      ->add_option("--stages", options->stages,
-                   "Write the mesh after each stage, too: <number>_<stage>.ply in this folder")
-      ->type_name("DIR");
-  command->add_option("--threads", options->threads, "Threads to use; 0 for all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 4096));
+  AddOption(*command, "--stages DIR", options->stages,
+            "Write the mesh after each stage, too: <number>_<stage>.ply in this folder");
+  AddOption(*command, "--threads N", options->threads, "Threads to use; 0 for all cores",
+            CLI::Range(0, 4096));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.AlignReport)");
   command->callback(
       [options, &line] { line.run = [options, &line] { return AlignCloud(*options, line.quiet); }; });

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/work/animation/avatar_text.h"
@@ -23,7 +24,7 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
     bool json = false;
   };
   auto options = std::make_shared<ShowOptions>();
-  command->add_option("avatar", options->path, "The avatar's folder")->required()->type_name("DIR");
+  AddRequired(*command, "avatar DIR", options->path, "The avatar's folder");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
   command->callback([options, &line] {
     line.confined = {.readable = {options->path}};

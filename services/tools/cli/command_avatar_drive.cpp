@@ -10,6 +10,7 @@
 
 #include "base/status_macros.h"
 #include "services/formats/options/presets.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/report/driven_sigma.h"
@@ -181,36 +182,23 @@ absl::Status Drive(const DriveOptions& options, bool quiet) {
 
 // The order of these functions is that of the help.
 void AddDriveInputs(CLI::App& command, DriveOptions& options) {
-  command.add_option("dump", options.dump, "Folder of images, or a recorded take")
-      ->required()
-      ->type_name("DUMP");
-  command.add_option("--avatar", options.avatar, "The garment's avatar, of `weft avatar train`")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--rig", options.rig, "The cameras, rig.json")->required()->type_name("FILE");
-  command.add_option("--board", options.board, "The printed board, board.json or board.png")
-      ->required()
-      ->type_name("FILE");
-  command
-      .add_option("--template", options.garment, "Folder of the template that the avatar was trained with")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--out", options.out, "Folder for the results, made where it is missing")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--cameras", options.cameras, "Use these cameras of the rig alone, by name")
-      ->type_name("NAME,NAME")
+  AddRequired(command, "dump DUMP", options.dump, "Folder of images, or a recorded take");
+  AddRequired(command, "--avatar DIR", options.avatar, "The garment's avatar, of `weft avatar train`");
+  AddRequired(command, "--rig FILE", options.rig, "The cameras, rig.json");
+  AddRequired(command, "--board FILE", options.board, "The printed board, board.json or board.png");
+  AddRequired(command, "--template DIR", options.garment,
+              "Folder of the template that the avatar was trained with");
+  AddRequired(command, "--out DIR", options.out, "Folder for the results, made where it is missing");
+  AddOption(command, "--cameras NAME,NAME", options.cameras, "Use these cameras of the rig alone, by name")
       ->delimiter(',')
       ->allow_extra_args(false);
   AddFramesOption(command, options.frames, "Which frames of the dump, all by default");
   AddMosaicOption(command, options.mosaic);
   AddPipelineFlags(command, options.pipeline);
   command.add_flag("--observations", options.observations, "Write <frame>/observations.csv as well");
-  command
-      .add_option("--fps", options.fps,
-                  "Frames per second of a dump that tells no times; 0 for those of the avatar")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(command, "--fps N", options.fps,
+            "Frames per second of a dump that tells no times; 0 for those of the avatar",
+            CLI::NonNegativeNumber);
 }
 
 void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
@@ -219,13 +207,10 @@ void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
       "--upload", options.upload,
       "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
       "`weft register --upload`");
-  command
-      .add_option(
-          "--priority", options.priority,
-          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
-          "before everybody's, which is for operators")
-      ->type_name("N")
-      ->check(CLI::Range(-100, 100));
+  AddOption(command, "--priority N", options.priority,
+            "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+            "before everybody's, which is for operators",
+            CLI::Range(-100, 100));
   command.add_flag("--detach", options.detach, "With --server: print the job's id and do not wait for it");
 }
 
@@ -240,20 +225,15 @@ void AddDriveLive(CLI::App& command, DriveOptions& options) {
                                        "Without --live, every frame is driven "
                                        "anew. With --server, the daemon drives every frame of a take that is "
                                        "being recorded, and catches up when it has ended");
-  CLI::Option* speed =
-      command
-          .add_option("--speed", options.speed,
-                      "With --live, of a recording that is over: times as fast as it was taken")
-          ->type_name("X")
-          ->check(CLI::PositiveNumber)
-          ->needs(live);
+  CLI::Option* speed = AddOption(command, "--speed X", options.speed,
+                                 "With --live, of a recording that is over: times as fast as it was taken",
+                                 CLI::PositiveNumber)
+                           ->needs(live);
   speed->excludes(server);
-  command
-      .add_option("--session", options.session,
-                  "With --live: film with the cameras of this session.json, and record them into DUMP, a new "
-                  "take. Meshes come sooner than from a take that another program records, since they do not "
-                  "wait for the disk")
-      ->type_name("FILE")
+  AddOption(
+      command, "--session FILE", options.session,
+      "With --live: film with the cameras of this session.json, and record them into DUMP, a new take. "
+      "Meshes come sooner than from a take that another program records, since they do not wait for the disk")
       ->needs(live)
       ->excludes(speed)
       ->excludes(server);
@@ -289,9 +269,7 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
   AddDriveInputs(*command, *options);
   AddDriveAtDaemon(*command, *options);
   AddDriveLive(*command, *options);
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback([options, &line] {
     line.writes_remotely = !options->server.empty();

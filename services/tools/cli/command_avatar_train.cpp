@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
@@ -128,42 +129,23 @@ absl::Status Train(const TrainOptions& options, bool quiet) {
 
 // The order of these functions is that of the help.
 void AddTrainSources(CLI::App& command, AvatarRequest& request) {
-  command.add_option("sources", request.sources, "Results, simulated takes or data sets to learn from")
-      ->required()
-      ->type_name("DIR");
-  command.add_option("--out", request.out, "The avatar's folder; an avatar that is there is replaced")
-      ->required()
-      ->type_name("DIR");
-  command
-      .add_option(
-          "--hold-out", request.held_out,
-          "A source that is not learnt from and tells how far the avatar is to be trusted; may be repeated")
-      ->type_name("DIR")
+  AddRequired(command, "sources DIR", request.sources, "Results, simulated takes or data sets to learn from");
+  AddRequired(command, "--out DIR", request.out, "The avatar's folder; an avatar that is there is replaced");
+  AddOption(command, "--hold-out DIR", request.held_out,
+            "A source that is not learnt from and tells how far the avatar is to be trusted; may be repeated")
       ->allow_extra_args(false);
-  command
-      .add_option("--template", request.garment,
-                  "Folder of the template; by default that of the first source")
-      ->type_name("DIR");
-  command
-      .add_option("--components", request.training.components,
-                  "Shapes that the garment is a mixture of; size and time grow with them")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000))
+  AddOption(command, "--template DIR", request.garment,
+            "Folder of the template; by default that of the first source");
+  AddOption(command, "--components N", request.training.components,
+            "Shapes that the garment is a mixture of; size and time grow with them", CLI::Range(1, 1000))
       ->capture_default_str();
-  command
-      .add_option("--max-frames", request.training.max_frames,
-                  "Frames to learn from at most, evenly chosen where there are more")
-      ->type_name("N")
-      ->check(CLI::Range(10, 1'000'000))
+  AddOption(command, "--max-frames N", request.training.max_frames,
+            "Frames to learn from at most, evenly chosen where there are more", CLI::Range(10, 1'000'000))
       ->capture_default_str();
-  command
-      .add_option("--fps", request.fps, "Frames per second of results whose take tells no times; 0 for 30")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--seed", request.training.seed,
-                  "Of the choice of frames and of the algebra; of a net's samples, weights and their order")
-      ->type_name("N")
+  AddOption(command, "--fps N", request.fps,
+            "Frames per second of results whose take tells no times; 0 for 30", CLI::NonNegativeNumber);
+  AddOption(command, "--seed N", request.training.seed,
+            "Of the choice of frames and of the algebra; of a net's samples, weights and their order")
       ->capture_default_str();
 }
 
@@ -176,31 +158,23 @@ void AddTrainNet(CLI::App& command, TrainOptions& options) {
       "the same "
       "command goes on. A net that brings held-out frames no nearer to the truth is left out");
   CLI::Option* preset =
-      command
-          .add_option(
-              "--preset", options.preset,
-              "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
-              "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
-              "takes without pictures whose rig.json has two cameras")
-          ->type_name("NAME")
-          ->check(OneOf({kPixelKind}))
+      AddOption(command, "--preset NAME", options.preset,
+                "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
+                "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
+                "takes without pictures whose rig.json has two cameras",
+                OneOf({kPixelKind}))
           ->excludes(net);
   for (const char* of_shapes : {"--components", "--max-frames"})
     preset->excludes(command.get_option(of_shapes));
-  command
-      .add_option("--steps", options.net.steps,
-                  "Of a net, or with --preset: how many batches of frames the net learns from; a prior "
-                  "takes half as many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100'000'000))
+  AddOption(command, "--steps N", options.net.steps,
+            "Of a net, or with --preset: how many batches of frames the net learns from; a prior takes half "
+            "as many",
+            CLI::Range(1, 100'000'000))
       ->capture_default_str();
-  command
-      .add_option(
-          "--hours", options.net.hours,
-          "Of a net, or with --preset: the net's training ends after these at the latest, however many "
-          "steps it has done. What comes out then depends on how fast the machine is")
-      ->type_name("H")
-      ->check(CLI::PositiveNumber);
+  AddOption(command, "--hours H", options.net.hours,
+            "Of a net, or with --preset: the net's training ends after these at the latest, however many "
+            "steps it has done. What comes out then depends on how fast the machine is",
+            CLI::PositiveNumber);
   command.add_flag("--keep", options.net.keep,
                    "Of a net, or with --preset: keep OUT.training, for a look at the samples");
 }
@@ -229,12 +203,9 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
   auto options = std::make_shared<TrainOptions>();
   AddTrainSources(*command, options->request);
   AddTrainNet(*command, *options);
-  command
-      ->add_option(
-          "--threads", options->threads,
-          "Threads; 0 takes all cores. The weights of a net depend on their number, nothing else does")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--threads N", options->threads,
+            "Threads; 0 takes all cores. The weights of a net depend on their number, nothing else does",
+            CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
   command->callback([command, options, &line] {
     for (const char* of_net : {"--steps", "--hours", "--keep"})

@@ -15,6 +15,7 @@
 #include "figure/skeleton.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 
 namespace weft {
@@ -86,12 +87,10 @@ void AddBodyCommand(CLI::App& app, CommandLine& line) {
   CLI::App* make = AddCommand(*body, "make", "Make a body from sizes, or a random one.",
                               "  weft body make --seed 7 --out random.body");
   auto options = std::make_shared<BodyMakeOptions>();
-  make->add_option("--seed", options->seed,
-                   "A random person, whose sizes vary as people's do; without, an average one")
-      ->type_name("S");
-  make->add_option("--stature-mm", options->stature_mm, "How tall; lengths and girths grow with it")
-      ->type_name("MM");
-  make->add_option("--girth", options->girth, "All girths times this")->type_name("FACTOR");
+  AddOption(*make, "--seed S", options->seed,
+            "A random person, whose sizes vary as people's do; without, an average one");
+  AddOption(*make, "--stature-mm MM", options->stature_mm, "How tall; lengths and girths grow with it");
+  AddOption(*make, "--girth FACTOR", options->girth, "All girths times this");
   for (size_t k = 0; k < kBodyFactors; ++k) {
     const std::string name = absl::StrReplaceAll(std::string(BodyFactors()[k].name), {{"_", "-"}});
     CLI::Option* option =
@@ -100,16 +99,16 @@ void AddBodyCommand(CLI::App& app, CommandLine& line) {
             ->group("Sizes");
     if (name == "stature") option->excludes("--stature-mm");
   }
-  make->add_option("--id", options->id, "What the body is called")->type_name("NAME");
-  make->add_option("--out", options->out, "The file to write, NAME.body")->required()->type_name("FILE");
+  AddOption(*make, "--id NAME", options->id, "What the body is called");
+  AddRequired(*make, "--out FILE", options->out, "The file to write, NAME.body");
   make->callback([options, &line] { line.run = [options] { return MakeBodyFile(*options); }; });
 
   CLI::App* show =
       AddCommand(*body, "show", "Show the sizes of a body.", "  weft body show anna.body --mesh anna.ply");
   auto path = std::make_shared<std::string>();
   auto mesh = std::make_shared<std::string>();
-  show->add_option("body", *path, "A body")->required()->type_name("FILE");
-  show->add_option("--mesh", *mesh, "Also write it as a mesh (PLY)")->type_name("FILE");
+  AddRequired(*show, "body FILE", *path, "A body");
+  AddOption(*show, "--mesh FILE", *mesh, "Also write it as a mesh (PLY)");
   show->callback([path, mesh, &line] { line.run = [path, mesh] { return ShowBody(*path, *mesh); }; });
 }
 

@@ -18,6 +18,7 @@
 #include "capture/take/open_dump.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/rig_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
 #include "simulation/gige_emulator/gige_emulator.h"
@@ -162,14 +163,12 @@ void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
                  "  weft simulate --preset quickstart --out studio && weft camera fake --pictures studio");
   fake->add_option("--cameras", options->cameras, "How many; with --pictures, as many as the rig has")
       ->check(CLI::Range(1, 200));
-  fake->add_option("--address", options->address, "Of the first; the others follow it")->type_name("IP");
+  AddOption(*fake, "--address IP", options->address, "Of the first; the others follow it");
   fake->add_option("--fps", options->fps, "Frames a second, of the session")->check(CLI::Range(0.1, 1000.0));
-  fake->add_option("--pictures", options->pictures,
-                   "Dump whose frames they film, a camera per camera of the rig")
-      ->type_name("DUMP");
-  fake->add_option("--rig", options->rig, "rig.json of that dump; without it, rig.json in the dump")
-      ->type_name("FILE");
-  fake->add_option("--session", options->session, "File to write")->type_name("FILE");
+  AddOption(*fake, "--pictures DUMP", options->pictures,
+            "Dump whose frames they film, a camera per camera of the rig");
+  AddOption(*fake, "--rig FILE", options->rig, "rig.json of that dump; without it, rig.json in the dump");
+  AddOption(*fake, "--session FILE", options->session, "File to write");
   options->guard.AddTo(*fake);
   fake->callback([options, &line] { line.run = [options] { return Serve(*options); }; });
 }

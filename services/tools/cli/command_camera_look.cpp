@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
@@ -88,17 +89,13 @@ void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
                  "  weft camera look --take 20260131-104500-1a2b3c4d --camera left --out pictures --server "
                  "127.0.0.1:7411");
   AddServerOption(*look, options->server, "HOST:PORT of the daemon")->required();
-  look->add_option("--session", options->session, "session.json with the cameras")->type_name("FILE");
-  look->add_option("--take", options->take_id, "Id of a take, as `weft take list` prints it")
-      ->type_name("ID");
-  look->add_option("--lease", options->lease, "Of the session that has the cameras")
-      ->type_name("LEASE")
+  AddOption(*look, "--session FILE", options->session, "session.json with the cameras");
+  AddOption(*look, "--take ID", options->take_id, "Id of a take, as `weft take list` prints it");
+  AddOption(*look, "--lease LEASE", options->lease, "Of the session that has the cameras")
       ->envname("WEFT_LEASE");
-  look->add_option("--camera", options->camera_id, "This one alone")->type_name("ID");
-  look->add_option("--width-px", options->width_px, "Pictures are at most this wide")
-      ->type_name("PX")
-      ->check(CLI::Range(1, 4096));
-  look->add_option("--out", options->out, "Folder for the pictures, <camera>.jpg")->type_name("DIR");
+  AddOption(*look, "--camera ID", options->camera_id, "This one alone");
+  AddOption(*look, "--width-px PX", options->width_px, "Pictures are at most this wide", CLI::Range(1, 4096));
+  AddOption(*look, "--out DIR", options->out, "Folder for the pictures, <camera>.jpg");
   look->add_flag("--json", options->json,
                  "Print JSON (weft.v1.CameraLook), one per camera, with all settings");
   look->callback([options, &line] { line.run = [options] { return LookAtCameras(*options); }; });

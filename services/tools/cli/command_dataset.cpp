@@ -16,6 +16,7 @@
 #include "base/stopwatch.h"
 #include "services/formats/synthetic/dataset_file.h"
 #include "services/formats/synthetic/dataset_writer.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -127,7 +128,7 @@ void AddFolderCommand(CLI::App& dataset, CommandLine& line, const std::string& n
                       absl::Status (*run)(const std::string&)) {
   CLI::App* command = AddCommand(dataset, name, about, "  weft dataset " + name + " shirt-drive");
   auto folder = std::make_shared<std::string>();
-  command->add_option("folder", *folder, "The folder of the set")->required()->type_name("DIR");
+  AddRequired(*command, "folder DIR", *folder, "The folder of the set");
   command->callback([folder, run, &line] { line.run = [folder, run] { return run(*folder); }; });
 }
 
@@ -147,21 +148,18 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
       AddCommand(*dataset, "make", "Make a set, or go on with it. Several processes may work on one folder.",
                  "  weft dataset make shirt-drive --threads 1 --out shirt-drive");
   auto options = std::make_shared<DatasetMakeOptions>();
-  make->add_option("set", options->name, DatasetsText())->required()->type_name("NAME");
-  make->add_option("--out", options->out, "The folder of the set")->required()->type_name("DIR");
-  make->add_option("--minutes", options->minutes, "Stop after this time; 0 for none")
-      ->type_name("MIN")
-      ->check(CLI::Range(0.0, 1e6));
-  make->add_option("--threads", options->threads, "Threads to use; 0 for all")
-      ->type_name("N")
-      ->check(CLI::Range(0, 4096));
+  AddRequired(*make, "set NAME", options->name, DatasetsText());
+  AddRequired(*make, "--out DIR", options->out, "The folder of the set");
+  AddOption(*make, "--minutes MIN", options->minutes, "Stop after this time; 0 for none",
+            CLI::Range(0.0, 1e6));
+  AddOption(*make, "--threads N", options->threads, "Threads to use; 0 for all", CLI::Range(0, 4096));
   make->callback(
       [options, &line] { line.run = [options, &line] { return MakeDatasetFolder(*options, line.quiet); }; });
 
   CLI::App* list =
       AddCommand(*dataset, "list", "List the takes of a set.", "  weft dataset list shirt-drive");
   auto name = std::make_shared<std::string>();
-  list->add_option("set", *name, DatasetsText())->required()->type_name("NAME");
+  AddRequired(*list, "set NAME", *name, DatasetsText());
   list->callback([name, &line] { line.run = [name] { return ListDataset(*name); }; });
 
   AddFolderCommand(*dataset, line, "info",

@@ -15,6 +15,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/results/export/export_transform.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -132,19 +133,12 @@ void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
       "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
       "  weft dataset meshes take --up z --out meshes");
   const auto options = std::make_shared<DatasetMeshesOptions>();
-  command->add_option("take", options->take, "A take of `weft simulate`, or of a data set")
-      ->required()
-      ->type_name("DIR");
-  command
-      ->add_option("--body", options->body, "The body that the take was simulated with, where one was given")
-      ->type_name("FILE");
-  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
-  command->add_option("--up", options->up, "The axis that points up")
-      ->type_name("AXIS")
-      ->check(OneOf({"y", "z"}));
-  command->add_option("--unit", options->unit, "Unit of lengths")
-      ->type_name("UNIT")
-      ->check(OneOf({"m", "cm", "mm"}));
+  AddRequired(*command, "take DIR", options->take, "A take of `weft simulate`, or of a data set");
+  AddOption(*command, "--body FILE", options->body,
+            "The body that the take was simulated with, where one was given");
+  AddRequired(*command, "--out DIR", options->out, "Folder to write to");
+  AddOption(*command, "--up AXIS", options->up, "The axis that points up", OneOf({"y", "z"}));
+  AddOption(*command, "--unit UNIT", options->unit, "Unit of lengths", OneOf({"m", "cm", "mm"}));
   command->callback(
       [options, &line] { line.run = [options, &line] { return WriteTakeMeshes(*options, line.quiet); }; });
 }

@@ -27,6 +27,7 @@
 #include "services/formats/options/presets.h"
 #include "services/formats/verdict/grey_levels.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/decode_inputs.h"
@@ -317,21 +318,16 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       ->type_name("");
   AddFramesOption(*command, options->frames,
                   "Which frames of a take or folder of images, with all their cameras", "--frame");
-  command->add_option("--board", options->board, "board.json or board.png of the cloth")
-      ->required()
-      ->type_name("BOARD");
-  command->add_option("--out", options->out, "The observations.csv to write")->required()->type_name("FILE");
+  AddRequired(*command, "--board BOARD", options->board, "board.json or board.png of the cloth");
+  AddRequired(*command, "--out FILE", options->out, "The observations.csv to write");
   AddMosaicOption(*command, options->mosaic);
   AddPipelineFlags(*command, options->pipeline);
-  command
-      ->add_option("--explain", options->explain,
-                   "Write a picture per image to this folder: cells as dots in the colour of their patch, "
-                   "crosses where the search along the board stopped, rejected patches in boxes with the "
-                   "reason, and a legend with counts")
-      ->type_name("DIR");
-  command->add_option("--threads", options->threads, "Images at a time; 0 for all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 4096));
+  AddOption(*command, "--explain DIR", options->explain,
+            "Write a picture per image to this folder: cells as dots in the colour of their patch, crosses "
+            "where the search along the board stopped, rejected patches in boxes with the reason, and a "
+            "legend with counts");
+  AddOption(*command, "--threads N", options->threads, "Images at a time; 0 for all cores",
+            CLI::Range(0, 4096));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.DecodeReport)");
   command->callback(
       [options, &line] { line.run = [options, &line] { return DecodeImages(*options, line.quiet); }; });

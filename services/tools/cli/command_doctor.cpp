@@ -5,6 +5,7 @@
 
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/recording/doctor.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
@@ -54,15 +55,11 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
       "  weft doctor --dir /data/takes\n"
       "  weft doctor --session session.json --dir /data/takes\n"
       "  weft doctor --config /etc/weft/weftd.txtpb --no-cameras --disk-test-gib 0");
-  doctor
-      ->add_option("--session", options->session, "session.json: opens its cameras and sums their data rates")
-      ->type_name("FILE");
-  doctor->add_option("--dir", options->doctor.directory, "Where takes are to be recorded")->type_name("DIR");
-  doctor
-      ->add_option("--disk-test-gib", options->doctor.disk_test_gib,
-                   "How much to write in testing the disk; 0: nothing")
-      ->type_name("GIB")
-      ->check(CLI::Range(0.0, 1024.0));
+  AddOption(*doctor, "--session FILE", options->session,
+            "session.json: opens its cameras and sums their data rates");
+  AddOption(*doctor, "--dir DIR", options->doctor.directory, "Where takes are to be recorded");
+  AddOption(*doctor, "--disk-test-gib GIB", options->doctor.disk_test_gib,
+            "How much to write in testing the disk; 0: nothing", CLI::Range(0.0, 1024.0));
   AddInstallationOptions(*doctor, options->installation);
   doctor->add_flag("--no-cameras", options->no_cameras, "Do not search for cameras in the network");
   doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/results/evaluation/comparison_report.h"
 #include "services/results/evaluation/comparison_text.h"
 #include "services/results/evaluation/evaluation_report.h"
@@ -99,54 +100,34 @@ absl::Status EvaluateAvatarCommand(const EvaluateOptions& options, bool quiet) {
 }
 
 void AddAgainstOptions(CLI::App& command, EvaluateOptions& options) {
-  CLI::Option* against =
-      command
-          .add_option("--against", options.against,
-                      "Another result of the same frames: compare the two, with significance. Truth, take, "
-                      "frame rate and samples are those of both")
-          ->type_name("DIR");
-  command
-      .add_option("--against-rig", options.against_rig,
-                  "The cameras of the other result, rig.json; by default those of its job")
-      ->type_name("FILE")
+  CLI::Option* against = AddOption(command, "--against DIR", options.against,
+                                   "Another result of the same frames: compare the two, with significance. "
+                                   "Truth, take, frame rate and samples are those of both");
+  AddOption(command, "--against-rig FILE", options.against_rig,
+            "The cameras of the other result, rig.json; by default those of its job")
       ->needs(against);
-  command
-      .add_option("--against-template", options.against_garment,
-                  "Folder of the other result's template; by default that of its job")
-      ->type_name("DIR")
+  AddOption(command, "--against-template DIR", options.against_garment,
+            "Folder of the other result's template; by default that of its job")
       ->needs(against);
 }
 
 void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
   CLI::Option* truth =
-      command
-          .add_option("--truth", request.truth,
-                      "The folder truth of a synthetic take; by default <take>/truth where that fits")
-          ->type_name("DIR");
+      AddOption(command, "--truth DIR", request.truth,
+                "The folder truth of a synthetic take; by default <take>/truth where that fits");
   command.add_flag("--no-truth", request.no_truth, "Leave a truth beside the take alone")->excludes(truth);
-  command.add_option("--take", request.dump, "The dump with the pictures; by default that of the job")
-      ->type_name("DUMP");
-  command.add_option("--rig", request.rig, "The cameras, rig.json; by default that of the job")
-      ->type_name("FILE");
-  command.add_option("--template", request.garment, "Folder of the template; by default that of the job")
-      ->type_name("DIR");
-  command
-      .add_option("--fps", request.fps,
-                  "Frames per second of the take, for drift; by default by the times of the take")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  command
-      .add_option(
-          "--samples", request.samples,
-          "Frames at which geodesic distortion and texture drift are measured, spread evenly; 0 for all")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--sources", request.geodesics.sources,
-                  "Vertices that geodesic distances are measured from")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100000));
-  command.add_option("--seed", request.geodesics.seed, "Of the choice of those vertices")->type_name("N");
+  AddOption(command, "--take DUMP", request.dump, "The dump with the pictures; by default that of the job");
+  AddOption(command, "--rig FILE", request.rig, "The cameras, rig.json; by default that of the job");
+  AddOption(command, "--template DIR", request.garment, "Folder of the template; by default that of the job");
+  AddOption(command, "--fps N", request.fps,
+            "Frames per second of the take, for drift; by default by the times of the take",
+            CLI::PositiveNumber);
+  AddOption(command, "--samples N", request.samples,
+            "Frames at which geodesic distortion and texture drift are measured, spread evenly; 0 for all",
+            CLI::NonNegativeNumber);
+  AddOption(command, "--sources N", request.geodesics.sources,
+            "Vertices that geodesic distances are measured from", CLI::Range(1, 100000));
+  AddOption(command, "--seed N", request.geodesics.seed, "Of the choice of those vertices");
   command.add_flag("--quick", request.quick,
                    "Leave out geodesic distortion and texture drift, which take long");
 }
@@ -194,18 +175,13 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       "  weft evaluate result --truth take/truth --json > scores.json\n"
       "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3");
   auto options = std::make_shared<EvaluateOptions>();
-  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(*command, "result DIR", options->request.result, "The folder that `weft register` wrote");
   AddInputOptions(*command, options->request);
   AddAgainstOptions(*command, *options);
   AddEvaluateAvatarOptions(*command, options->avatar);
   command->get_option("--avatar")->excludes("--against");
-  command->add_option("--out", options->out, "Folder for report and tables, made where it is missing")
-      ->type_name("DIR");
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--out DIR", options->out, "Folder for report and tables, made where it is missing");
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json,
                     "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
   const auto here = [options, &line] {

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/export/export_overlays.h"
@@ -193,70 +194,45 @@ absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
 }
 
 void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
-  command.add_option("--up", options.up, "The axis that points up; by default that of the format, see above")
-      ->type_name("AXIS")
-      ->check(OneOf({"y", "z"}));
-  command
-      .add_option("--world-up", options.request.world_up,
-                  "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`")
-      ->type_name("AXIS")
-      ->check(OneOf({"x", "-x", "y", "-y", "z", "-z"}));
-  command.add_option("--unit", options.unit, "Unit of lengths")
-      ->type_name("UNIT")
-      ->check(OneOf({"m", "cm", "mm"}));
-  command
-      .add_option("--fps", options.request.fps,
-                  "Frames per second of the take, for times and velocities; 0: by the times of the take")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(command, "--up AXIS", options.up,
+            "The axis that points up; by default that of the format, see above", OneOf({"y", "z"}));
+  AddOption(command, "--world-up AXIS", options.request.world_up,
+            "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`",
+            OneOf({"x", "-x", "y", "-y", "z", "-z"}));
+  AddOption(command, "--unit UNIT", options.unit, "Unit of lengths", OneOf({"m", "cm", "mm"}));
+  AddOption(command, "--fps N", options.request.fps,
+            "Frames per second of the take, for times and velocities; 0: by the times of the take",
+            CLI::NonNegativeNumber);
 }
 
 void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
-  command
-      .add_option(
-          "--overlay", options.overlay,
-          "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
-          "faces by state or sigma; none: the pictures alone")
-      ->type_name("WHAT")
-      ->check(OneOf({"wireframe", "state", "sigma", "none"}));
+  AddOption(command, "--overlay WHAT", options.overlay,
+            "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
+            "faces by state or sigma; none: the pictures alone",
+            OneOf({"wireframe", "state", "sigma", "none"}));
   command
       .add_flag("--undistort", options.overlays.undistort,
                 "Of overlays: as a camera without lens distortion and with square pixels sees them, which is "
                 "written as DIR/rig.json; backgrounds for cameras of Blender and others")
       ->needs("--overlay");
-  command
-      .add_option(
-          "--texture", options.textures.texture_px,
-          "The garment's texture, unwrapped from the pictures of all cameras to this width and height; with "
-          "--format png of each frame, with glb one for all; 0: none")
-      ->type_name("PX")
-      ->check(CLI::Range(0, kMaxAtlasPx))
+  AddOption(command, "--texture PX", options.textures.texture_px,
+            "The garment's texture, unwrapped from the pictures of all cameras to this width and height; "
+            "with --format png of each frame, with glb one for all; 0: none",
+            CLI::Range(0, kMaxAtlasPx))
       ->excludes("--overlay");
-  command
-      .add_option(
-          "--normal-map", options.textures.normal_map_px,
-          "The normal map of each frame, of this width and height, for the coarser mesh of --max-vertices: "
-          "with --format png DIR/<frame>.normal.png, in a glb that of its only frame; 0: none")
-      ->type_name("PX")
-      ->check(CLI::Range(0, kMaxAtlasPx))
+  AddOption(command, "--normal-map PX", options.textures.normal_map_px,
+            "The normal map of each frame, of this width and height, for the coarser mesh of --max-vertices: "
+            "with --format png DIR/<frame>.normal.png, in a glb that of its only frame; 0: none",
+            CLI::Range(0, kMaxAtlasPx))
       ->excludes("--overlay");
-  command
-      .add_option("--texture-frames", options.request.texture_frames,
-                  "Of the texture of a glb: how many of the frames it is the mean of")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  command
-      .add_option("--camera", options.overlays.recording.cameras,
-                  "Of overlays and textures: which cameras, all by default")
-      ->type_name("ID");
-  command
-      .add_option("--take", options.overlays.recording.dump,
-                  "Of overlays and textures: the recording; by default that of the job")
-      ->type_name("DUMP");
-  command
-      .add_option("--rig", options.overlays.recording.rig,
-                  "Of overlays and textures: rig.json; by default that of the job")
-      ->type_name("FILE");
+  AddOption(command, "--texture-frames N", options.request.texture_frames,
+            "Of the texture of a glb: how many of the frames it is the mean of", CLI::PositiveNumber);
+  AddOption(command, "--camera ID", options.overlays.recording.cameras,
+            "Of overlays and textures: which cameras, all by default");
+  AddOption(command, "--take DUMP", options.overlays.recording.dump,
+            "Of overlays and textures: the recording; by default that of the job");
+  AddOption(command, "--rig FILE", options.overlays.recording.rig,
+            "Of overlays and textures: rig.json; by default that of the job");
 }
 
 }  // namespace
@@ -284,31 +260,19 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
       "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
   const auto options = std::make_shared<ExportCommandOptions>();
-  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(*command, "result DIR", options->request.result, "The folder that `weft register` wrote");
   std::vector<std::string> formats = {"jpg", "png", "mp4", "mkv"};  // of overlays
   for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
-  command->add_option("--format", options->format, "Format of the files")
-      ->required()
-      ->type_name("FORMAT")
-      ->check(OneOf(formats));
-  command->add_option("--out", options->request.out, "Folder to write to, made where it is missing")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(*command, "--format FORMAT", options->format, "Format of the files")->check(OneOf(formats));
+  AddRequired(*command, "--out DIR", options->request.out, "Folder to write to, made where it is missing");
   AddFramesOption(*command, options->request.frames, "Which frames, all by default");
   AddPlacement(*command, *options);
-  command
-      ->add_option(
-          "--attributes", options->attributes,
-          "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal")
-      ->type_name("LIST");
-  command
-      ->add_option("--max-vertices", options->textures.max_vertices,
-                   "A coarser mesh of at most so many of the template's vertices, the same in all exports of "
-                   "a job; 0: all")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--attributes LIST", options->attributes,
+            "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal");
+  AddOption(*command, "--max-vertices N", options->textures.max_vertices,
+            "A coarser mesh of at most so many of the template's vertices, the same in all exports of a job; "
+            "0: all",
+            CLI::NonNegativeNumber);
   command->add_flag(
       "--meshopt", options->request.meshopt,
       "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; Blender "

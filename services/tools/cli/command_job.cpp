@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
@@ -171,14 +172,10 @@ void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, con
     command->add_option("JOB", options->job_id, "Id of the job, as `weft job list` prints it")->required();
   }
   if (takes & kLimit) {
-    command->add_option("--limit", options->limit, "At most this many")
-        ->type_name("N")
-        ->check(CLI::Range(1, 1000));
+    AddOption(*command, "--limit N", options->limit, "At most this many", CLI::Range(1, 1000));
   }
   if (takes & kOut) {
-    command->add_option("--out", options->out, "Folder for the results, made where it is missing")
-        ->required()
-        ->type_name("DIR");
+    AddRequired(*command, "--out DIR", options->out, "Folder for the results, made where it is missing");
   }
   if (takes & kJson) command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action, &line] {

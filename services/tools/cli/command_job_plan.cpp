@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/options/presets.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/program_beside.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
@@ -90,41 +91,23 @@ absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
 }
 
 void AddClusterOptions(CLI::App& command, PlanRequest& request) {
-  command.add_option("--cores", request.cores, "Cores that the job may take")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1'000'000));
-  command.add_option("--compare", request.other_cores, "Other numbers of cores to predict for")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1'000'000));
-  command.add_option("--frames-per-task", request.frames_per_task, "Frames of a task; 0 chooses")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--starts-per-s", request.starts_per_s, "Tasks that the scheduler starts a second")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  command
-      .add_option("--launch-s", request.launch_s,
-                  "From the end of a task until the next one runs in its place")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--shared-mib-per-s", request.shared_mib_per_s,
-                  "What the shared file system gives all tasks together; 0: any")
-      ->type_name("MIB")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--core-speed", request.core_speed,
-                  "Speed of the cluster's cores, relative to those of this machine")
-      ->type_name("X")
-      ->check(CLI::Range(0.01, 100.0));
-  command.add_option("--cores-per-node", request.cores_per_node, "Cores that are lost with a node")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  command
-      .add_option("--hours-between-losses", request.hours_between_losses,
-                  "Mean time until a node is lost; 0: never")
-      ->type_name("H")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(command, "--cores N", request.cores, "Cores that the job may take", CLI::Range(1, 1'000'000));
+  AddOption(command, "--compare N", request.other_cores, "Other numbers of cores to predict for",
+            CLI::Range(1, 1'000'000));
+  AddOption(command, "--frames-per-task N", request.frames_per_task, "Frames of a task; 0 chooses",
+            CLI::NonNegativeNumber);
+  AddOption(command, "--starts-per-s N", request.starts_per_s, "Tasks that the scheduler starts a second",
+            CLI::PositiveNumber);
+  AddOption(command, "--launch-s S", request.launch_s,
+            "From the end of a task until the next one runs in its place", CLI::NonNegativeNumber);
+  AddOption(command, "--shared-mib-per-s MIB", request.shared_mib_per_s,
+            "What the shared file system gives all tasks together; 0: any", CLI::NonNegativeNumber);
+  AddOption(command, "--core-speed X", request.core_speed,
+            "Speed of the cluster's cores, relative to those of this machine", CLI::Range(0.01, 100.0));
+  AddOption(command, "--cores-per-node N", request.cores_per_node, "Cores that are lost with a node",
+            CLI::Range(1, 1024));
+  AddOption(command, "--hours-between-losses H", request.hours_between_losses,
+            "Mean time until a node is lost; 0: never", CLI::NonNegativeNumber);
 }
 
 }  // namespace
@@ -139,41 +122,24 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
       "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 --compare 256 1024 "
       "--shared-mib-per-s 2000");
   auto options = std::make_shared<JobPlanOptions>();
-  command->add_option("dump", options->dump, "As of `weft register`")->required()->type_name("DUMP");
-  command->add_option("--rig", options->rig, "The cameras, rig.json")->required()->type_name("FILE");
-  command->add_option("--board", options->board, "The printed board, board.json or board.png")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--template", options->garment, "Folder of `weft template import`")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(*command, "dump DUMP", options->dump, "As of `weft register`");
+  AddRequired(*command, "--rig FILE", options->rig, "The cameras, rig.json");
+  AddRequired(*command, "--board FILE", options->board, "The printed board, board.json or board.png");
+  AddRequired(*command, "--template DIR", options->garment, "Folder of `weft template import`");
   AddFramesOption(*command, options->frames, "Which frames the job has, all by default");
   AddMosaicOption(*command, options->mosaic);
-  command->add_option("--preset", options->preset, "As of `weft register`")
-      ->type_name("NAME")
-      ->check(OneOf(PresetNames()));
+  AddOption(*command, "--preset NAME", options->preset, "As of `weft register`", OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
-  command->add_option("--pilot", options->pilot.frames, "Frames to register")
-      ->type_name("N")
-      ->check(CLI::Range(1, 10'000));
-  command
-      ->add_option("--job-frames", options->job_frames,
-                   "Plan for so many frames like those of DUMP; 0: for those that it has")
-      ->type_name("N")
-      ->check(CLI::Range(0, 100'000'000));
-  command->add_option("--cpus-per-task", options->pilot.threads, "Threads of a task")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  command
-      ->add_option("--at-once", options->pilot.at_once,
-                   "Workers of the pilot that run at once. As many as a node will run share its memory as "
-                   "they will")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  command
-      ->add_option("--scratch", options->scratch,
-                   "Folder for the results of the pilot; best where the job's will lie, for their speed")
-      ->type_name("DIR");
+  AddOption(*command, "--pilot N", options->pilot.frames, "Frames to register", CLI::Range(1, 10'000));
+  AddOption(*command, "--job-frames N", options->job_frames,
+            "Plan for so many frames like those of DUMP; 0: for those that it has",
+            CLI::Range(0, 100'000'000));
+  AddOption(*command, "--cpus-per-task N", options->pilot.threads, "Threads of a task", CLI::Range(1, 1024));
+  AddOption(*command, "--at-once N", options->pilot.at_once,
+            "Workers of the pilot that run at once. As many as a node will run share its memory as they will",
+            CLI::Range(1, 1024));
+  AddOption(*command, "--scratch DIR", options->scratch,
+            "Folder for the results of the pilot; best where the job's will lie, for their speed");
   AddClusterOptions(*command, options->request);
   command->add_flag("--json", options->json, "Print JSON (weft.v1.JobPlan)");
   command->callback(

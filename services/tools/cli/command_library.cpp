@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -126,8 +127,7 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
                      "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar")
         ->required()
         ->type_name("");
-    command->add_option("--name", options->name, "Name in the library; that of PATH without it")
-        ->type_name("NAME");
+    AddOption(*command, "--name NAME", options->name, "Name in the library; that of PATH without it");
   }
   if (what.arguments & kLibraryItem) {
     command->add_option("ITEM", options->item, "NAME (its newest version), NAME@VERSION or sha256:HEX")
@@ -135,8 +135,7 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
         ->type_name("");
   }
   if (what.arguments & kLibraryOut) {
-    command->add_option("--out", options->out, "Copy the files to this folder, made where it is missing")
-        ->type_name("DIR");
+    AddOption(*command, "--out DIR", options->out, "Copy the files to this folder, made where it is missing");
   }
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, what, &line] {

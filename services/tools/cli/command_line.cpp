@@ -11,6 +11,7 @@
 #include "absl/strings/str_join.h"
 #include "base/length_unit.h"
 #include "base/nearest_word.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/output_guard.h"
 
@@ -86,7 +87,7 @@ CLI::Validator OneLengthUnit() {
 }
 
 CLI::Option* AddServerOption(CLI::App& command, std::string& server, const std::string& description) {
-  return command.add_option("--server", server, description)->type_name("ADDRESS")->envname("WEFT_SERVER");
+  return AddOption(command, "--server ADDRESS", server, description)->envname("WEFT_SERVER");
 }
 
 }  // namespace weft

@@ -17,6 +17,7 @@
 #include "services/formats/figure/motion_file.h"
 #include "services/formats/figure/motion_strip.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 
 namespace weft {
@@ -133,12 +134,12 @@ void AddMotionMake(CLI::App& motion, CommandLine& line) {
   CLI::App* make = AddCommand(motion, "make", "Make a motion from a kind and a seed.",
                               "  weft motion make --kind mixed --seconds 60 --seed 3 --out mixed.motion");
   auto options = std::make_shared<MotionMakeOptions>();
-  make->add_option("--kind", options->kind, KindsText())->type_name("NAME");
-  make->add_option("--seconds", options->motion.seconds, "How long it is, up to 3600")->type_name("S");
-  make->add_option("--fps", options->motion.fps, "Poses a second, 24 to 240; cameras may have another rate")
-      ->type_name("HZ");
-  make->add_option("--seed", options->motion.seed, "Phases, sizes and order follow from it")->type_name("S");
-  make->add_option("--out", options->out, "The file to write, NAME.motion")->required()->type_name("FILE");
+  AddOption(*make, "--kind NAME", options->kind, KindsText());
+  AddOption(*make, "--seconds S", options->motion.seconds, "How long it is, up to 3600");
+  AddOption(*make, "--fps HZ", options->motion.fps,
+            "Poses a second, 24 to 240; cameras may have another rate");
+  AddOption(*make, "--seed S", options->motion.seed, "Phases, sizes and order follow from it");
+  AddRequired(*make, "--out FILE", options->out, "The file to write, NAME.motion");
   make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
 }
 
@@ -150,18 +151,12 @@ void AddMotionImport(CLI::App& motion, CommandLine& line) {
       "  weft motion import walk.bvh --out walk.motion\n"
       "  weft motion import odd.bvh --joint pelvis=Base --joint chest=Rib2 --out odd.motion");
   auto imported = std::make_shared<MotionImportOptions>();
-  import_command->add_option("bvh", imported->bvh, "The file to read")->required()->type_name("FILE");
-  import_command
-      ->add_option(
-          "--joint", imported->joints,
-          "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
-          "\"Left\" is the side that a viewer in front sees on the left")
-      ->type_name("OURS=THEIRS");
-  import_command
-      ->add_option(
-          "--up", imported->up,
-          "The axis of the file that points up; found by how the person stands where it is not given")
-      ->type_name("AXIS");
+  AddRequired(*import_command, "bvh FILE", imported->bvh, "The file to read");
+  AddOption(*import_command, "--joint OURS=THEIRS", imported->joints,
+            "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
+            "\"Left\" is the side that a viewer in front sees on the left");
+  AddOption(*import_command, "--up AXIS", imported->up,
+            "The axis of the file that points up; found by how the person stands where it is not given");
   import_command
       ->add_option("--angles", imported->angles,
                    "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes "
@@ -172,9 +167,7 @@ void AddMotionImport(CLI::App& motion, CommandLine& line) {
                    "Left and right: as the file names them, exchanged, or auto, which refuses a person whose "
                    "knees bend forwards and whose toes point backwards")
       ->check(OneOf({"auto", "as-named", "exchanged"}));
-  import_command->add_option("--out", imported->out, "The file to write, NAME.motion")
-      ->required()
-      ->type_name("FILE");
+  AddRequired(*import_command, "--out FILE", imported->out, "The file to write, NAME.motion");
   import_command->callback(
       [imported, &line] { line.run = [imported] { return ImportMotionFile(*imported); }; });
 }
@@ -196,8 +189,8 @@ void AddMotionShow(CLI::App& motion, CommandLine& line) {
                  "  weft motion show walk.motion --picture walk.svg");
   auto path = std::make_shared<std::string>();
   auto picture = std::make_shared<std::string>();
-  show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
-  show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
+  AddRequired(*show, "motion FILE", *path, "A motion");
+  AddOption(*show, "--picture FILE", *picture, "Also draw it as a strip of figures (SVG)");
   show->callback(
       [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
 }

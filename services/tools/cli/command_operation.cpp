@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
@@ -94,9 +95,7 @@ void AddOperationCommand(CLI::App& app, CommandLine& line) {
   CLI::App* list = AddCommand(*group, "list", "List the operations of a daemon, the newest first",
                               "  weft operation list --server 127.0.0.1:7411");
   SetUpOperationCommand(list, line, options, ListOperations);
-  list->add_option("--limit", options->limit, "At most this many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
+  AddOption(*list, "--limit N", options->limit, "At most this many", CLI::Range(1, 1000));
   CLI::App* cancel = AddCommand(*group, "cancel", "Stop an operation; nothing of it stays",
                                 "  weft operation cancel 20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
   SetUpOperationCommand(cancel, line, options, CancelOperation);

@@ -10,6 +10,7 @@
 #include "services/formats/options/option_range.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
@@ -105,10 +106,8 @@ void AddOptionsCommand(CLI::App& app, CommandLine& line) {
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --config "
       "studio.txtpb");
   auto options = std::make_shared<OptionsCommandOptions>();
-  command->add_option("name", options->names, "Only options whose path contains this")->type_name("NAME");
-  command->add_option("--preset", options->preset, "The preset to begin with")
-      ->type_name("NAME")
-      ->check(OneOf(PresetNames()));
+  AddOption(*command, "name NAME", options->names, "Only options whose path contains this");
+  AddOption(*command, "--preset NAME", options->preset, "The preset to begin with", OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   auto* file = command->add_flag("--file", options->file, "Print all as a commented file for --config");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.OptionList)")->excludes(file);

@@ -12,6 +12,7 @@
 #include "pattern/board/joint_board.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/coding_report_text.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -177,29 +178,19 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
       "  weft pattern generate --rows 1200 --cols 1200 --panels panels.png --out big_board\n"
       "  weft pattern generate --rows 200 --cols 300 --apart-from shirt_board --out skirt_board");
   auto options = std::make_shared<GenerateOptions>();
-  generate->add_option("--rows", options->board.rows, "Rows of cells")->required()->type_name("N");
-  generate->add_option("--cols", options->board.cols, "Columns of cells")->required()->type_name("N");
-  generate->add_option("--cell-mm", options->board.cell_mm, "Pitch of the cells on the cloth")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  generate
-      ->add_option("--square-fraction", options->board.square_fraction,
-                   "Coloured part of the pitch, the rest is ink line")
-      ->type_name("SHARE")
-      ->check(CLI::Range(0.3, 1.0));
-  generate
-      ->add_option(
-          "--panels", options->panels,
-          "Image with one pixel per cell, black outside of the garment's panels: only windows within "
-          "one panel are made unique")
-      ->type_name("MASK");
-  generate
-      ->add_option("--apart-from", options->apart_from,
-                   "Boards of garments that may be filmed together with this one: no window reads as one of "
-                   "theirs")
-      ->type_name("BOARD");
-  generate->add_option("--seed", options->board.seed, "Seed of the search")->type_name("N");
-  generate->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*generate, "--rows N", options->board.rows, "Rows of cells");
+  AddRequired(*generate, "--cols N", options->board.cols, "Columns of cells");
+  AddOption(*generate, "--cell-mm MM", options->board.cell_mm, "Pitch of the cells on the cloth",
+            CLI::PositiveNumber);
+  AddOption(*generate, "--square-fraction SHARE", options->board.square_fraction,
+            "Coloured part of the pitch, the rest is ink line", CLI::Range(0.3, 1.0));
+  AddOption(*generate, "--panels MASK", options->panels,
+            "Image with one pixel per cell, black outside of the garment's panels: only windows within one "
+            "panel are made unique");
+  AddOption(*generate, "--apart-from BOARD", options->apart_from,
+            "Boards of garments that may be filmed together with this one: no window reads as one of theirs");
+  AddOption(*generate, "--seed N", options->board.seed, "Seed of the search");
+  AddRequired(*generate, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*generate);
   generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
   generate->callback([options, &line] { line.run = [options] { return Generate(*options); }; });
@@ -219,14 +210,9 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
   check->add_option("BOARD", options->boards, "board.json, or an image with one pixel per cell; one or more")
       ->required()
       ->type_name("");
-  check->add_option("--limit", options->limit, "The most clashes to list")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  check
-      ->add_option("--samples", options->report.samples,
-                   "Windows per size whose nearest other one is searched for")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
+  AddOption(*check, "--limit N", options->limit, "The most clashes to list", CLI::PositiveNumber);
+  AddOption(*check, "--samples N", options->report.samples,
+            "Windows per size whose nearest other one is searched for", CLI::PositiveNumber);
   check->add_flag("--compare", options->compare, "Show a random board of this size beside it");
   check->add_flag("--json", options->json, "Print JSON");
   check->callback([options, &line] { line.run = [options] { return CheckBoard(*options); }; });
@@ -243,7 +229,7 @@ void AddJoin(CLI::App& pattern, CommandLine& line) {
   join->add_option("BOARD", options->boards, "Two boards or more, in their order from top to bottom")
       ->required()
       ->type_name("");
-  join->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*join, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*join);
   join->callback([options, &line] { line.run = [options] { return Join(*options); }; });
 }

@@ -9,6 +9,7 @@
 #include "pattern/decoder.h"
 #include "pattern/image/ink_palette.h"
 #include "services/formats/files/board_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/print/palette_picture.h"
 #include "services/tools/cli/commands.h"
 
@@ -137,14 +138,13 @@ void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
   palette->add_option("PHOTO", options->photo, "A photograph of the print, not white-balanced by pieces")
       ->required()
       ->type_name("");
-  palette->add_option("--board", options->board, "The board that it shows: its cells are the samples")
-      ->type_name("BOARD");
+  AddOption(*palette, "--board BOARD", options->board, "The board that it shows: its cells are the samples");
   palette
       ->add_option("--swatches", options->swatches,
                    "Pixel of the middle of the red and of the black swatch at the head of the print")
       ->expected(4)
       ->type_name("X Y X Y");
-  palette->add_option("--picture", options->picture, "Write the table as a picture")->type_name("FILE.png");
+  AddOption(*palette, "--picture FILE.png", options->picture, "Write the table as a picture");
   palette->add_flag("--json", options->json, "Print JSON");
   palette->callback([options, &line] { line.run = [options] { return Palette(*options); }; });
 }

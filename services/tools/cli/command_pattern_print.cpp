@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/print/print_file.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -98,44 +99,24 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
   print->add_option("BOARD", options->board, "board.json, its folder, or an image with one pixel per cell")
       ->required()
       ->type_name("");
-  print->add_option("--out", options->out, "FILE.pdf (all pages), FILE.svg or FILE.tif (one file per page)")
-      ->required()
-      ->type_name("FILE");
-  print
-      ->add_option("--cell-mm", options->cell_mm,
-                   "Pitch of the cells; needed where the board does not say it")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  print
-      ->add_option("--ink-line-mm", options->print.ink_line_mm,
-                   "Width of the lines between cells, instead of the board's")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  print->add_option("--page-width-mm", options->print.page_width_mm, "Printable width of the fabric")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  print
-      ->add_option("--page-height-mm", options->print.page_height_mm,
-                   "Length of a page; 0: as long as it takes")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  print->add_option("--margin-mm", options->print.margin_mm, "Free on all sides")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  print->add_option("--overlap-mm", options->print.overlap_mm, "Overlap of tiles")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  print->add_option("--panels", options->panels, "Mask of the panels, one pixel per cell, black outside")
-      ->type_name("MASK");
-  print
-      ->add_option("--seam-allowance-mm", options->print.seam_allowance_mm,
-                   "Printed around each panel, for sewing")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
+  AddRequired(*print, "--out FILE", options->out,
+              "FILE.pdf (all pages), FILE.svg or FILE.tif (one file per page)");
+  AddOption(*print, "--cell-mm MM", options->cell_mm,
+            "Pitch of the cells; needed where the board does not say it", CLI::PositiveNumber);
+  AddOption(*print, "--ink-line-mm MM", options->print.ink_line_mm,
+            "Width of the lines between cells, instead of the board's", CLI::NonNegativeNumber);
+  AddOption(*print, "--page-width-mm MM", options->print.page_width_mm, "Printable width of the fabric",
+            CLI::PositiveNumber);
+  AddOption(*print, "--page-height-mm MM", options->print.page_height_mm,
+            "Length of a page; 0: as long as it takes", CLI::NonNegativeNumber);
+  AddOption(*print, "--margin-mm MM", options->print.margin_mm, "Free on all sides", CLI::NonNegativeNumber);
+  AddOption(*print, "--overlap-mm MM", options->print.overlap_mm, "Overlap of tiles", CLI::NonNegativeNumber);
+  AddOption(*print, "--panels MASK", options->panels,
+            "Mask of the panels, one pixel per cell, black outside");
+  AddOption(*print, "--seam-allowance-mm MM", options->print.seam_allowance_mm,
+            "Printed around each panel, for sewing", CLI::NonNegativeNumber);
   print->add_flag("--whole", options->whole, "The whole board, even where it has panels");
-  print->add_option("--dpi", options->file.dpi, "Resolution of TIFF")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
+  AddOption(*print, "--dpi N", options->file.dpi, "Resolution of TIFF", CLI::PositiveNumber);
   print->add_flag("--json", options->json, "Print JSON");
   print->callback([options, &line] { line.run = [options, &line] { return Print(*options, line.quiet); }; });
 }

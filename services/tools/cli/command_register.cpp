@@ -13,6 +13,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/options/presets.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/evaluation/evaluate_job.h"
@@ -199,50 +200,32 @@ absl::Status Register(const RegisterOptions& options, bool quiet) {
 
 // The order of these functions is that of the help.
 void AddRegisterInputs(CLI::App& command, RegisterOptions& options) {
-  command
-      .add_option("dump", options.dump,
-                  "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png")
-      ->required()
-      ->type_name("DUMP");
-  command
-      .add_option("--rig", options.rig, "The cameras, rig.json. A take of a daemon's session knows its own")
-      ->type_name("FILE");
-  command.add_option("--board", options.board, "The printed board, board.json or board.png; as --rig")
-      ->type_name("FILE");
-  command.add_option("--template", options.garment, "Folder of `weft template import`; as --rig")
-      ->type_name("DIR");
-  command.add_option("--out", options.out, "Folder for the results, made where it is missing")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(command, "dump DUMP", options.dump,
+              "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png");
+  AddOption(command, "--rig FILE", options.rig,
+            "The cameras, rig.json. A take of a daemon's session knows its own");
+  AddOption(command, "--board FILE", options.board, "The printed board, board.json or board.png; as --rig");
+  AddOption(command, "--template DIR", options.garment, "Folder of `weft template import`; as --rig");
+  AddRequired(command, "--out DIR", options.out, "Folder for the results, made where it is missing");
 }
 
 void AddRegisterStages(CLI::App& command, RegisterOptions& options) {
   AddFramesOption(command, options.frames, "Which frames of the dump, all by default");
   AddMosaicOption(command, options.mosaic);
-  command
-      .add_option("--preset", options.preset,
-                  "best: least error on hidden cloth; paper: weights of the paper")
-      ->type_name("NAME")
-      ->check(OneOf(PresetNames()));
+  AddOption(command, "--preset NAME", options.preset,
+            "best: least error on hidden cloth; paper: weights of the paper", OneOf(PresetNames()));
   AddPipelineFlags(command, options.pipeline);
   command.add_flag("--observations", options.observations, "Write <frame>/observations.csv as well");
-  command
-      .add_option(
-          "--cloud-format", options.cloud_format,
-          "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
-          "ply: cloud.ply alone")
-      ->type_name("FORMAT")
-      ->check(OneOf({"ply", "pcd"}));
-  command
-      .add_option("--scans", options.scans,
-                  "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth "
-                  "that the pattern does not show")
-      ->type_name("DIR");
-  command
-      .add_option("--start-from", options.starts,
-                  "Results of an earlier registration of this take: cloth that is not seen starts from "
-                  "<frame>/mesh.ply there instead of from a smooth fill")
-      ->type_name("DIR");
+  AddOption(command, "--cloud-format FORMAT", options.cloud_format,
+            "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
+            "ply: cloud.ply alone",
+            OneOf({"ply", "pcd"}));
+  AddOption(command, "--scans DIR", options.scans,
+            "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth that "
+            "the pattern does not show");
+  AddOption(command, "--start-from DIR", options.starts,
+            "Results of an earlier registration of this take: cloth that is not seen starts from "
+            "<frame>/mesh.ply there instead of from a smooth fill");
 }
 
 void AddRegisterPasses(CLI::App& command, RegisterOptions& options) {
@@ -256,16 +239,12 @@ void AddRegisterPasses(CLI::App& command, RegisterOptions& options) {
       "then has them beside the paper's figures. It takes minutes for large garments, of which 20 "
       "frames are measured. With --server it is done here");
   command.add_flag("--single-look", options.single_pass, "Older spelling of --single-pass")->group("");
-  command.add_option("--threads", options.limits.threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
-  command
-      .add_option(
-          "--memory", options.limits.kept_image_mib,
-          "Memory for images that wait for the second pass; those beyond are read again. Takes of raw "
-          "or PNG images gain by more. Results are the same")
-      ->type_name("MIB")
-      ->check(CLI::Range(0, 1 << 20))
+  AddOption(command, "--threads N", options.limits.threads, "Threads; 0 takes all cores",
+            CLI::Range(0, 1024));
+  AddOption(command, "--memory MIB", options.limits.kept_image_mib,
+            "Memory for images that wait for the second pass; those beyond are read again. Takes of raw or "
+            "PNG images gain by more. Results are the same",
+            CLI::Range(0, 1 << 20))
       ->capture_default_str();
 }
 
@@ -277,21 +256,15 @@ void AddRegisterAtDaemon(CLI::App& command, RegisterOptions& options) {
       "sees "
       "no folder of this machine. What it has already is not sent again; the same command goes on with an "
       "upload that was stopped");
-  command
-      .add_option(
-          "--priority", options.priority,
-          "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
-          "before everybody's, which is for operators")
-      ->type_name("N")
-      ->check(CLI::Range(-100, 100));
-  command
-      .add_option(
-          "--live", options.live_every,
-          "With --server, of a take that is being recorded: register every N-th frame set at once, the "
-          "newest first. When the take has ended the others follow, and the refinement over neighbours: "
-          "the results are those of a registration after the take")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1'000'000));
+  AddOption(command, "--priority N", options.priority,
+            "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
+            "before everybody's, which is for operators",
+            CLI::Range(-100, 100));
+  AddOption(command, "--live N", options.live_every,
+            "With --server, of a take that is being recorded: register every N-th frame set at once, the "
+            "newest first. When the take has ended the others follow, and the refinement over neighbours: "
+            "the results are those of a registration after the take",
+            CLI::Range(1, 1'000'000));
   command.add_flag("--detach", options.detach, "With --server: print the job's id and do not wait for it")
       ->excludes(command.get_option("--evaluate"));
 }

@@ -14,6 +14,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/text_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/command_rig_exchange.h"
 #include "services/tools/cli/command_rig_refine.h"
@@ -119,39 +120,27 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
       "  weft rig import --colmap sparse --unit m --out rig.json");
   auto options = std::make_shared<RigImportOptions>();
   CLI::Option_group* from = command->add_option_group("From", "One of them");
-  from->add_option("--krt", options->krt, "A KRT file")->type_name("FILE");
-  from->add_option("--opencv", options->opencv, "OpenCV's YAML or JSON, or the YAML of ROS or Kalibr")
-      ->type_name("FILE");
-  from->add_option("--colmap", options->colmap, "Folder of COLMAP's text model")->type_name("DIR");
+  AddOption(*from, "--krt FILE", options->krt, "A KRT file");
+  AddOption(*from, "--opencv FILE", options->opencv, "OpenCV's YAML or JSON, or the YAML of ROS or Kalibr");
+  AddOption(*from, "--colmap DIR", options->colmap, "Folder of COLMAP's text model");
   from->require_option(1);
-  command->add_option("--width-px", options->width_px, "Width of every camera's images, for KRT")
-      ->type_name("PX")
-      ->check(CLI::Range(1, 65536));
-  command->add_option("--height-px", options->height_px, "Height of every camera's images, for KRT")
-      ->type_name("PX")
-      ->check(CLI::Range(1, 65536));
-  CLI::Option* unit =
-      command
-          ->add_option(
-              "--mm-per-unit", options->mm_per_unit,
-              "What lengths in the file are to be multiplied by, 1000 for metres. Without it they are taken "
-              "as mm, and a rig that is smaller than a camera is refused")
-          ->type_name("MM")
-          ->check(CLI::Range(1e-6, 1e9));
-  CLI::Option* unit_name =
-      command->add_option("--unit", options->unit, "The same by the name of the unit: mm, cm, m, in or ft")
-          ->type_name("UNIT")
-          ->check(OneLengthUnit())
-          ->excludes(unit);
-  command
-      ->add_option(
-          "--poses", options->poses,
-          "What the poses in the file are. Without it they are taken as camera_from_world, and a rig whose "
-          "cameras look away from each other is refused where another reading fits")
-      ->type_name("KIND")
-      ->check(CLI::IsMember({"camera_from_world", kWorldFromCamera}));
-  command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
-  command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  AddOption(*command, "--width-px PX", options->width_px, "Width of every camera's images, for KRT",
+            CLI::Range(1, 65536));
+  AddOption(*command, "--height-px PX", options->height_px, "Height of every camera's images, for KRT",
+            CLI::Range(1, 65536));
+  CLI::Option* unit = AddOption(*command, "--mm-per-unit MM", options->mm_per_unit,
+                                "What lengths in the file are to be multiplied by, 1000 for metres. Without "
+                                "it they are taken as mm, and a rig that is smaller than a camera is refused",
+                                CLI::Range(1e-6, 1e9));
+  CLI::Option* unit_name = AddOption(*command, "--unit UNIT", options->unit,
+                                     "The same by the name of the unit: mm, cm, m, in or ft", OneLengthUnit())
+                               ->excludes(unit);
+  AddOption(*command, "--poses KIND", options->poses,
+            "What the poses in the file are. Without it they are taken as camera_from_world, and a rig whose "
+            "cameras look away from each other is refused where another reading fits",
+            CLI::IsMember({"camera_from_world", kWorldFromCamera}));
+  AddOption(*command, "--id NAME", options->id, "Name of the rig, kept in the file");
+  AddRequired(*command, "--out FILE", options->out, "The rig.json to write");
   options->guard.AddTo(*command);
   command->callback([options, unit, unit_name, &line] {
     options->judge_unit = unit->count() == 0 && unit_name->count() == 0;
@@ -192,11 +181,11 @@ void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
                                  "  weft rig export rig.json --format opencv --out cameras.yml\n"
                                  "  weft rig export rig.json --format colmap --out sparse");
   auto options = std::make_shared<ExportOptions>();
-  command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
+  AddRequired(*command, "rig FILE", options->rig, "The rig.json");
   command->add_option("--format", options->format, "krt, opencv or colmap")
       ->required()
       ->check(OneOf({"krt", "opencv", "colmap"}));
-  command->add_option("--out", options->out, "File, or folder for colmap")->required()->type_name("PATH");
+  AddRequired(*command, "--out PATH", options->out, "File, or folder for colmap");
   command->callback([options, &line] { line.run = [options] { return ExportRig(*options); }; });
 }
 

@@ -15,6 +15,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/target_file.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/calibration/calibrate_dump.h"
 #include "services/studio/calibration/rehearsal.h"
@@ -121,34 +122,19 @@ void AddTargetCommand(CLI::App& rig, CommandLine& line) {
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --out target\n"
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --boards 2 --bar 500:501:1000 --out target");
   auto options = std::make_shared<TargetOptions>();
-  command->add_option("--rows", options->shape.rows, "Rows of tags")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100));
-  command->add_option("--cols", options->shape.cols, "Columns of tags")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100));
-  command->add_option("--tag-mm", options->shape.tag_mm, "Side of a tag's border square")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--gap-mm", options->gap_mm, "Between border squares; 0: as little as the family allows")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--family", options->shape.family, "tag36h11 or tagStandard41h12")->type_name("NAME");
-  command->add_option("--boards", options->boards, "Boards, each with tags of its own")
-      ->type_name("N")
-      ->check(CLI::Range(1, 26));
-  command->add_option("--first-id", options->first_id, "Id of the first tag")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--bar", options->bars,
-                   "A scale bar: two tags whose centres are so far apart; may be repeated")
-      ->type_name("TAG:TAG:MM");
-  command->add_option("--id", options->id, "Name of the target, kept in the file")->type_name("NAME");
-  command->add_option("--out", options->out, "Folder for the files, made where it is missing")
-      ->required()
-      ->type_name("DIR");
+  AddOption(*command, "--rows N", options->shape.rows, "Rows of tags", CLI::Range(1, 100));
+  AddOption(*command, "--cols N", options->shape.cols, "Columns of tags", CLI::Range(1, 100));
+  AddOption(*command, "--tag-mm MM", options->shape.tag_mm, "Side of a tag's border square",
+            CLI::PositiveNumber);
+  AddOption(*command, "--gap-mm MM", options->gap_mm,
+            "Between border squares; 0: as little as the family allows", CLI::NonNegativeNumber);
+  AddOption(*command, "--family NAME", options->shape.family, "tag36h11 or tagStandard41h12");
+  AddOption(*command, "--boards N", options->boards, "Boards, each with tags of its own", CLI::Range(1, 26));
+  AddOption(*command, "--first-id N", options->first_id, "Id of the first tag", CLI::NonNegativeNumber);
+  AddOption(*command, "--bar TAG:TAG:MM", options->bars,
+            "A scale bar: two tags whose centres are so far apart; may be repeated");
+  AddOption(*command, "--id NAME", options->id, "Name of the target, kept in the file");
+  AddRequired(*command, "--out DIR", options->out, "Folder for the files, made where it is missing");
   options->guard.AddTo(*command);
   command->callback([options, &line] { line.run = [options] { return MakeTarget(*options); }; });
 }
@@ -193,33 +179,19 @@ void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
            .object_width_mm = 900,
            .object_height_mm = 700};
   r.motion = {.frames = 60, .reach_mm = {250, 200, 250}};
-  command->add_option("--target", options->target, "target.json")->required()->type_name("FILE");
-  command->add_option("--cameras", r.rig.cameras, "Cameras around the volume")
-      ->type_name("N")
-      ->check(CLI::Range(2, 250));
-  command->add_option("--frames", r.motion.frames, "Moments")->type_name("N")->check(CLI::Range(1, 10000));
-  command->add_option("--width-px", r.rig.width_px, "Width of the images")
-      ->type_name("PX")
-      ->check(CLI::Range(64, 8192));
-  command->add_option("--height-px", r.rig.height_px, "Height of the images")
-      ->type_name("PX")
-      ->check(CLI::Range(64, 8192));
-  command->add_option("--distance-mm", r.rig.distance_mm, "Cameras to the middle")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--focal-spread", r.rig.focal_spread,
-                   "The longest lens is longer than the shortest by this share")
-      ->type_name("SHARE")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--blur-px", r.look.blur_along_px, "Motion blur of every image")
-      ->type_name("PX")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--seed", r.motion.seed, "Of the motion")->type_name("N");
-  command->add_option("--out", options->out, "Folder of the dump")->required()->type_name("DIR");
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddRequired(*command, "--target FILE", options->target, "target.json");
+  AddOption(*command, "--cameras N", r.rig.cameras, "Cameras around the volume", CLI::Range(2, 250));
+  AddOption(*command, "--frames N", r.motion.frames, "Moments", CLI::Range(1, 10000));
+  AddOption(*command, "--width-px PX", r.rig.width_px, "Width of the images", CLI::Range(64, 8192));
+  AddOption(*command, "--height-px PX", r.rig.height_px, "Height of the images", CLI::Range(64, 8192));
+  AddOption(*command, "--distance-mm MM", r.rig.distance_mm, "Cameras to the middle", CLI::PositiveNumber);
+  AddOption(*command, "--focal-spread SHARE", r.rig.focal_spread,
+            "The longest lens is longer than the shortest by this share", CLI::NonNegativeNumber);
+  AddOption(*command, "--blur-px PX", r.look.blur_along_px, "Motion blur of every image",
+            CLI::NonNegativeNumber);
+  AddOption(*command, "--seed N", r.motion.seed, "Of the motion");
+  AddRequired(*command, "--out DIR", options->out, "Folder of the dump");
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->callback(
       [options, &line] { line.run = [options, &line] { return Rehearse(*options, line.quiet); }; });
 }
@@ -290,39 +262,28 @@ absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
 
 void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
   CalibrationRequest& request = options.request;
-  command
-      .add_option("--world-frame", request.solve.world_frame,
-                  "Frame whose board is the world: x along its columns, y down its rows, z away from who "
-                  "looks at it; without it the board that most cameras saw")
-      ->type_name("NAME");
-  command.add_option("--world-board", request.solve.world_board, "Which of the boards")->type_name("ID");
+  AddOption(command, "--world-frame NAME", request.solve.world_frame,
+            "Frame whose board is the world: x along its columns, y down its rows, z away from who looks at "
+            "it; without it the board that most cameras saw");
+  AddOption(command, "--world-board ID", request.solve.world_board, "Which of the boards");
   command.add_flag("--world-floor", request.solve.world_on_floor,
                    "That board lies on the floor, face up: y points into the floor");
   command
       .add_option("--scale", options.scale, "Metric scale from the size of the tags or from the scale bars")
       ->check(OneOf({"tags", "bar"}));
-  command.add_option("--rig", request.initial_rig, "An earlier rig.json whose lenses are the start")
-      ->type_name("FILE");
+  AddOption(command, "--rig FILE", request.initial_rig, "An earlier rig.json whose lenses are the start");
   command
       .add_option("--gamma", request.detection.gamma,
                   "Of the images' values: 1 for linear cameras, 2.2 for gamma-encoded images (JPEG, sRGB)")
       ->check(CLI::Range(0.3, 4.0));
-  command.add_option("--max-blur-px", request.detection.max_blur_px, "Tags with softer edges are refused")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--min-views", request.checks.min_views, "Views of boards that every camera needs")
-      ->type_name("N")
-      ->check(CLI::Range(3, 10000));
-  command
-      .add_option("--max-rms-px", request.checks.max_rms_px,
-                  "Reprojection error that is accepted of a camera")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
-  command
-      .add_option("--max-stage-sigma-px", request.checks.max_projection_sigma_px,
-                  "How uncertain a camera may be about known points of the stage")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
+  AddOption(command, "--max-blur-px PX", request.detection.max_blur_px, "Tags with softer edges are refused",
+            CLI::PositiveNumber);
+  AddOption(command, "--min-views N", request.checks.min_views, "Views of boards that every camera needs",
+            CLI::Range(3, 10000));
+  AddOption(command, "--max-rms-px PX", request.checks.max_rms_px,
+            "Reprojection error that is accepted of a camera", CLI::PositiveNumber);
+  AddOption(command, "--max-stage-sigma-px PX", request.checks.max_projection_sigma_px,
+            "How uncertain a camera may be about known points of the stage", CLI::PositiveNumber);
 }
 
 void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
@@ -338,23 +299,15 @@ void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
                                  "--world-floor --scale bar --out rig.json");
   auto options = std::make_shared<CalibrateOptions>();
   CalibrationRequest& request = options->request;
-  command->add_option("dump", request.dump, "A recorded take or a folder of images")
-      ->required()
-      ->type_name("DUMP");
-  command->add_option("--target", request.target, "target.json")->required()->type_name("FILE");
-  command->add_option("--out", request.out, "The rig.json to write; its page stands beside it")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--id", request.rig_id, "Name of the rig, kept in the file")->type_name("NAME");
+  AddRequired(*command, "dump DUMP", request.dump, "A recorded take or a folder of images");
+  AddRequired(*command, "--target FILE", request.target, "target.json");
+  AddRequired(*command, "--out FILE", request.out, "The rig.json to write; its page stands beside it");
+  AddOption(*command, "--id NAME", request.rig_id, "Name of the rig, kept in the file");
   AddFramesOption(*command, request.frames, "Which frames of the dump, all by default");
   AddMosaicOption(*command, request.mosaic);
-  command->add_option("--every", request.every, "Look at every Nth of these frames")
-      ->type_name("N")
-      ->check(CLI::Range(1, 10000));
+  AddOption(*command, "--every N", request.every, "Look at every Nth of these frames", CLI::Range(1, 10000));
   AddSolveOptions(*command, *options);
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.CalibrationReport)");
   RunHereOrAtDaemon(*command, line, [options, &line] { return Calibrate(*options, line.quiet); });
 }

@@ -11,6 +11,7 @@
 #include "base/status_macros.h"
 #include "capture/rig/exchange_cameras.h"
 #include "services/formats/files/rig_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/output_guard.h"
 
 namespace weft {
@@ -73,14 +74,12 @@ void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
       "the place and the lens of the next one, the last those of the first. Register again with the new rig.",
       "  weft rig exchange rig.json c03 c07 --out exchanged.json");
   auto options = std::make_shared<ExchangeOptions>();
-  command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
-  command->add_option("cameras", options->cameras, "Two cameras, or more in a ring")
-      ->required()
-      ->type_name("CAMERA");
+  AddRequired(*command, "rig FILE", options->rig, "The rig.json");
+  AddRequired(*command, "cameras CAMERA", options->cameras, "Two cameras, or more in a ring");
   command->add_option("--only", options->part, "Exchange this part alone; the verdict says where it is one")
       ->check(CLI::IsMember({"camera", "place-and-lens", "place", "lens"}))
       ->default_val("camera");
-  command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  AddRequired(*command, "--out FILE", options->out, "The rig.json to write");
   options->guard.AddTo(*command);
   command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
 }

@@ -7,6 +7,7 @@
 
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/results/evaluation/plan_rig.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/print_verdict.h"
@@ -51,21 +52,13 @@ absl::Status Plan(const PlanOptions& options, bool quiet) {
 }
 
 void AddSeeingOptions(CLI::App& command, RigPlanOptions& options) {
-  command.add_option("--max-facing-deg", options.viewing.max_facing_deg, "A cell is seen within this angle")
-      ->type_name("DEG")
-      ->check(CLI::Range(1.0, 89.0));
-  command
-      .add_option("--min-pitch-px", options.viewing.min_pitch_px, "Smallest size of a cell in the picture")
-      ->type_name("PX")
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--views", options.views_needed, "Cameras that must see a cell")
-      ->type_name("N")
-      ->check(CLI::Range(2, 100));
-  command
-      .add_option("--noise-px", options.noise_px,
-                  "Standard deviation of an observation, for the expected sigma")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
+  AddOption(command, "--max-facing-deg DEG", options.viewing.max_facing_deg,
+            "A cell is seen within this angle", CLI::Range(1.0, 89.0));
+  AddOption(command, "--min-pitch-px PX", options.viewing.min_pitch_px,
+            "Smallest size of a cell in the picture", CLI::NonNegativeNumber);
+  AddOption(command, "--views N", options.views_needed, "Cameras that must see a cell", CLI::Range(2, 100));
+  AddOption(command, "--noise-px PX", options.noise_px,
+            "Standard deviation of an observation, for the expected sigma", CLI::PositiveNumber);
 }
 
 }  // namespace
@@ -81,29 +74,19 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
       "  weft rig plan --rig rig.json --template take/template --motion take/truth --cameras 24 --out plan");
   auto options = std::make_shared<PlanOptions>();
   RigPlanRequest& request = options->request;
-  command->add_option("--rig", request.rig, "The candidates, rig.json")->required()->type_name("FILE");
-  command->add_option("--template", request.garment, "Folder of the template")->required()->type_name("DIR");
-  command
-      ->add_option(
-          "--motion", request.motion,
-          "A mesh.ply, or a folder of <frame>/mesh.ply such as a result or a take's truth; without it the "
-          "template as it is")
-      ->type_name("PATH");
-  command->add_option("--moments", request.moments, "Frames of the motion to use, spread evenly; 0 for all")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--cameras", request.cameras,
-                   "Cameras to choose; 0: as few as come within 1 % of what all candidates cover")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  AddRequired(*command, "--rig FILE", request.rig, "The candidates, rig.json");
+  AddRequired(*command, "--template DIR", request.garment, "Folder of the template");
+  AddOption(*command, "--motion PATH", request.motion,
+            "A mesh.ply, or a folder of <frame>/mesh.ply such as a result or a take's truth; without it the "
+            "template as it is");
+  AddOption(*command, "--moments N", request.moments, "Frames of the motion to use, spread evenly; 0 for all",
+            CLI::NonNegativeNumber);
+  AddOption(*command, "--cameras N", request.cameras,
+            "Cameras to choose; 0: as few as come within 1 % of what all candidates cover",
+            CLI::NonNegativeNumber);
   AddSeeingOptions(*command, request.options);
-  command->add_option("--out", options->out, "Folder for the files, made where it is missing")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddRequired(*command, "--out DIR", options->out, "Folder for the files, made where it is missing");
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigPlan)");
   RunHereOrAtDaemon(*command, line, [options, &line] { return Plan(*options, line.quiet); });
 }

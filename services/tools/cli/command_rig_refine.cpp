@@ -8,6 +8,7 @@
 
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/calibration/refine_rig.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/output_guard.h"
@@ -70,41 +71,25 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
   auto options = std::make_shared<RefineOptions>();
   RefinementRequest& request = options->request;
-  command->add_option("result", request.result, "What weft register --observations wrote")
-      ->required()
-      ->type_name("RESULT");
-  command->add_option("--rig", request.rig, "The rig.json that the take was registered with")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--out", request.out, "The rig.json to write")->required()->type_name("FILE");
+  AddRequired(*command, "result RESULT", request.result, "What weft register --observations wrote");
+  AddRequired(*command, "--rig FILE", request.rig, "The rig.json that the take was registered with");
+  AddRequired(*command, "--out FILE", request.out, "The rig.json to write");
   options->guard.AddTo(*command);
-  command->add_option("--samples", request.frames, "At most so many frames, spread over the take")
-      ->type_name("N")
-      ->check(CLI::Range(1, 10000));
+  AddOption(*command, "--samples N", request.frames, "At most so many frames, spread over the take",
+            CLI::Range(1, 10000));
   command->add_option("--frames", request.frames)
       ->group("")
       ->check(CLI::Range(1, 10000));  // as it was called
-  command->add_option("--points", request.points, "Cells of a frame, spread over the board")
-      ->type_name("N")
-      ->check(CLI::Range(100, 100000));
-  command
-      ->add_option("--sigma-px", request.sigma_px,
-                   "Standard deviation of a decoded cell, where observations.csv lacks it (up to 0.1.2)")
-      ->type_name("PX")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--still-deg", request.solve.still_rotation_deg,
-                   "How far cameras that did not move may be off in rotation")
-      ->type_name("DEG")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--still-mm", request.solve.still_center_mm,
-                   "Tolerance for the position of cameras that did not move")
-      ->type_name("MM")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--points N", request.points, "Cells of a frame, spread over the board",
+            CLI::Range(100, 100000));
+  AddOption(*command, "--sigma-px PX", request.sigma_px,
+            "Standard deviation of a decoded cell, where observations.csv lacks it (up to 0.1.2)",
+            CLI::PositiveNumber);
+  AddOption(*command, "--still-deg DEG", request.solve.still_rotation_deg,
+            "How far cameras that did not move may be off in rotation", CLI::PositiveNumber);
+  AddOption(*command, "--still-mm MM", request.solve.still_center_mm,
+            "Tolerance for the position of cameras that did not move", CLI::PositiveNumber);
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigRefinementReport)");
   command->callback(
       [options, &line] { line.run = [options, &line] { return Refine(*options, line.quiet); }; });

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/studio/recording/session_file.h"
@@ -128,18 +129,14 @@ absl::Status ListRemoteSessions(const SessionContext& context) {
 }
 
 void AddOpenArguments(CLI::App& command, SessionCommandOptions& options) {
-  command.add_option("SESSION", options.session, "session.json with cameras, rate and tolerance")
-      ->required()
-      ->type_name("FILE");
-  command.add_option("--rig", options.rig, "Rig of the jobs for its takes, on the daemon's machine")
-      ->type_name("FILE");
-  command.add_option("--board", options.board, "Board of the jobs for its takes")->type_name("FILE");
-  command.add_option("--template", options.garment, "Template of the jobs for its takes")->type_name("DIR");
-  command.add_option("--owner", options.owner, "Who you are, for others to see; user and machine otherwise")
-      ->type_name("NAME");
-  command.add_option("--lease-s", options.lease_s, "How long the session lasts when nobody renews it")
-      ->type_name("S")
-      ->check(CLI::Range(5.0, 604800.0));
+  AddRequired(command, "SESSION FILE", options.session, "session.json with cameras, rate and tolerance");
+  AddOption(command, "--rig FILE", options.rig, "Rig of the jobs for its takes, on the daemon's machine");
+  AddOption(command, "--board FILE", options.board, "Board of the jobs for its takes");
+  AddOption(command, "--template DIR", options.garment, "Template of the jobs for its takes");
+  AddOption(command, "--owner NAME", options.owner,
+            "Who you are, for others to see; user and machine otherwise");
+  AddOption(command, "--lease-s S", options.lease_s, "How long the session lasts when nobody renews it",
+            CLI::Range(5.0, 604800.0));
   command.add_flag("--take-over", options.take_over,
                    "End the sessions that have any of these cameras; takes that run go on");
   command.add_flag("--detach", options.detach,
@@ -153,9 +150,7 @@ void AddLeaseArgument(CLI::App& command, SessionCommandOptions& options) {
 }
 
 void AddListArguments(CLI::App& command, SessionCommandOptions& options) {
-  command.add_option("--limit", options.limit, "At most this many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
+  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
 }
 
 struct SessionCommand {

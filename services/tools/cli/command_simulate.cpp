@@ -21,6 +21,7 @@
 #include "services/formats/files/rig_file.h"
 #include "services/formats/synthetic/cloth_writer.h"
 #include "services/formats/synthetic/take_writer.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -337,35 +338,23 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
       "result --observations\n"
       "  weft evaluate result --truth take/truth");
   auto options = std::make_shared<SimulateOptions>();
-  command->add_option("--preset", options->preset, PresetText())->type_name("NAME");
-  command
-      ->add_option("--out", options->out,
-                   "The folder to write, new or empty; a take that was stopped is resumed when the "
-                   "same command is given again")
-      ->required()
-      ->type_name("DIR");
-  command
-      ->add_option(
-          "--rig", options->rig,
-          "Cameras to film with, e.g. of `weft rig import`; the garment hangs in their field of view, y is "
-          "down")
-      ->type_name("FILE");
-  command
-      ->add_option("--body", options->body_file,
-                   "Who wears the T-shirt, a file of `weft body make`; without, an average person")
-      ->type_name("FILE");
-  command
-      ->add_option("--seed", options->seed,
-                   "Everything random follows from it: board, rig, motion, noise. The same seed gives the "
-                   "same files")
-      ->type_name("S");
+  AddOption(*command, "--preset NAME", options->preset, PresetText());
+  AddRequired(*command, "--out DIR", options->out,
+              "The folder to write, new or empty; a take that was stopped is resumed when the same command "
+              "is given again");
+  AddOption(
+      *command, "--rig FILE", options->rig,
+      "Cameras to film with, e.g. of `weft rig import`; the garment hangs in their field of view, y is down");
+  AddOption(*command, "--body FILE", options->body_file,
+            "Who wears the T-shirt, a file of `weft body make`; without, an average person");
+  AddOption(
+      *command, "--seed S", options->seed,
+      "Everything random follows from it: board, rig, motion, noise. The same seed gives the same files");
   command->add_flag("--no-pictures", options->no_pictures,
                     "The true cloth only, in truth/frames.bin: for training and for statistics of motion");
-  command->add_option("--threads", options->threads, "Threads to use; 0 for all")
-      ->type_name("N")
-      ->check(CLI::Range(0, 4096));
-  command->add_option("--image-format", options->files.image_ending, "png, jpg or tif")->type_name("NAME");
-  command->add_option("--jpeg-quality", options->files.jpeg_quality, "Of jpg, 1 to 100")->type_name("Q");
+  AddOption(*command, "--threads N", options->threads, "Threads to use; 0 for all", CLI::Range(0, 4096));
+  AddOption(*command, "--image-format NAME", options->files.image_ending, "png, jpg or tif");
+  AddOption(*command, "--jpeg-quality Q", options->files.jpeg_quality, "Of jpg, 1 to 100");
   Changes changes(*command, options);
   AddPerformanceOptions(changes);
   AddRigOptions(changes);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -46,7 +47,7 @@ void AddSplitCommand(CLI::App& app, CommandLine& line) {
   command->add_option("RESULT", options->result, "The --out folder of weft register")
       ->required()
       ->type_name("");
-  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   command->callback([options, &line] { line.run = [options] { return Split(*options); }; });
 }
 

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_join.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/installation_options.h"
 #include "services/tools/installation/support_bundle.h"
@@ -19,10 +20,9 @@ void AddSupportCommand(CLI::App& app, CommandLine& line) {
       "machine into one file for whoever helps. Tokens, keys, leases, pictures and results are not in it.",
       "  weft support --out weft-support.tar.zst\n"
       "  weft support --config weftd.txtpb --out weft-support.tar.gz");
-  support->add_option("--out", options->out, "The file, .tar.zst or .tar.gz")->type_name("FILE")->required();
-  support->add_option("--log-lines", options->journal_lines, "How much of the service's log")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1000000));
+  AddRequired(*support, "--out FILE", options->out, "The file, .tar.zst or .tar.gz");
+  AddOption(*support, "--log-lines N", options->journal_lines, "How much of the service's log",
+            CLI::Range(0, 1000000));
   AddInstallationOptions(*support, options->installation);
   support->callback([options, &line] {
     line.run = [options] {

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_speed.h"
 #include "services/studio/recording/take_file.h"
@@ -123,9 +124,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   CLI::App* disk = AddCommand(*take, "test-disk", "Measure how fast a disk takes frames, before a take does.",
                               "  weft take test-disk /data/takes");
   disk->add_option("DIR", options->take, "A folder on the disk")->required()->type_name("");
-  disk->add_option("--size-gib", options->size_gib, "How much to write")
-      ->type_name("GIB")
-      ->check(CLI::Range(0.01, 1024.0));
+  AddOption(*disk, "--size-gib GIB", options->size_gib, "How much to write", CLI::Range(0.01, 1024.0));
   disk->callback([options, &line] { line.run = [options] { return RunDiskTest(*options); }; });
 }
 

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/recording/proxy_video.h"
 #include "services/studio/recording/take_archive.h"
 #include "services/studio/recording/take_copy.h"
@@ -93,7 +94,7 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<CopyCommandOptions>();
   const auto add = [&](CLI::App& command, const char* source, const char* about, const char* out) {
     command.add_option(source, options->source, about)->required()->type_name("");
-    command.add_option("--out", options->out, out)->required()->type_name("DIR");
+    AddRequired(command, "--out DIR", options->out, out);
     command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   };
   CLI::App* export_command = AddCommand(
@@ -107,14 +108,10 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
       "  weft take export take --out take.mp4 --format proxy");
   add(*export_command, "TAKE", "Folder of the take",
       "Folder of the images or of the archive, file of the video (mp4, mkv)");
-  export_command->add_option("--format", options->format, "images, ffv1 or proxy")
-      ->type_name("FORMAT")
-      ->check(OneOf({"images", "ffv1", "proxy"}));
-  export_command
-      ->add_option("--camera-width-px", options->camera_width_px,
-                   "Of a camera's picture in a proxy video; 0: all cameras within 1920 px")
-      ->type_name("PX")
-      ->check(CLI::Range(0, 8192));
+  AddOption(*export_command, "--format FORMAT", options->format, "images, ffv1 or proxy",
+            OneOf({"images", "ffv1", "proxy"}));
+  AddOption(*export_command, "--camera-width-px PX", options->camera_width_px,
+            "Of a camera's picture in a proxy video; 0: all cameras within 1920 px", CLI::Range(0, 8192));
   export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
   RunHereOrAtDaemon(*export_command, line, [options, &line] { return ExportTake(*options, line.quiet); });
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/recording/take_description.h"
 #include "services/studio/recording/take_words.h"
 #include "services/tools/cli/commands.h"
@@ -127,8 +128,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
                  "path all words stand, whatever their case. A daemon's: `weft take list --search`.",
                  "  weft take search 12A walk --in /data/takes");
   search->add_option("WORDS", searched->words, "None: all takes")->type_name("");
-  search->add_option("--in", searched->folder, "A folder with takes in it, or in its folders")
-      ->type_name("DIR");
+  AddOption(*search, "--in DIR", searched->folder, "A folder with takes in it, or in its folders");
   search->add_flag("--json", searched->json, "Print take.json of each (weft.v1.Take)");
   search->callback([searched, &line] { line.run = [searched] { return SearchHere(*searched); }; });
 }

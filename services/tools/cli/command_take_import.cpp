@@ -15,6 +15,7 @@
 #include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/studio/recording/take_copy.h"
@@ -167,34 +168,24 @@ absl::Status Import(const ImportCommandOptions& options, bool quiet) {
 }
 
 void AddVideoOptions(CLI::App& command, ImportCommandOptions& options) {
-  command.add_option("--camera", options.cameras, "A video whose name is not that of its camera; repeat it")
-      ->type_name("NAME=FILE");
-  command.add_option("--rig", options.video.rig, "rig.json: the cameras, and how large their pictures are")
-      ->type_name("FILE");
-  command.add_option("--board", options.video.board, "board.json: with the rig, motion tells the offsets")
-      ->type_name("FILE");
-  command
-      .add_option("--sync", options.sync,
-                  "What tells when the videos were filmed: auto (timecode, of their sound too, else motion), "
-                  "timecode, ltc "
-                  "(timecode in their sound), motion, file-times or together")
-      ->type_name("WAY");
-  command
-      .add_option("--ltc", options.ltc,
-                  "A sound file with linear timecode that begins with a camera's video; repeat it")
-      ->type_name("NAME=FILE");
-  command
-      .add_option("--offset", options.offsets,
-                  "Seconds to add to the times of a camera's video, where they are known; repeat it")
-      ->type_name("NAME=S");
-  command
-      .add_option("--max-offset-s", options.video.max_offset_s,
-                  "How far apart motion looks for the moments of two cameras")
-      ->type_name("S")
-      ->check(CLI::Range(0.05, 30.0));
-  command.add_option("--slate", options.slate, "What the take is called on the set")->type_name("TEXT");
-  command.add_option("--name", options.name, "What you call the take")->type_name("TEXT");
-  command.add_option("--notes", options.notes, "What else should be known of it")->type_name("TEXT");
+  AddOption(command, "--camera NAME=FILE", options.cameras,
+            "A video whose name is not that of its camera; repeat it");
+  AddOption(command, "--rig FILE", options.video.rig,
+            "rig.json: the cameras, and how large their pictures are");
+  AddOption(command, "--board FILE", options.video.board,
+            "board.json: with the rig, motion tells the offsets");
+  AddOption(command, "--sync WAY", options.sync,
+            "What tells when the videos were filmed: auto (timecode, of their sound too, else motion), "
+            "timecode, ltc (timecode in their sound), motion, file-times or together");
+  AddOption(command, "--ltc NAME=FILE", options.ltc,
+            "A sound file with linear timecode that begins with a camera's video; repeat it");
+  AddOption(command, "--offset NAME=S", options.offsets,
+            "Seconds to add to the times of a camera's video, where they are known; repeat it");
+  AddOption(command, "--max-offset-s S", options.video.max_offset_s,
+            "How far apart motion looks for the moments of two cameras", CLI::Range(0.05, 30.0));
+  AddOption(command, "--slate TEXT", options.slate, "What the take is called on the set");
+  AddOption(command, "--name TEXT", options.name, "What you call the take");
+  AddOption(command, "--notes TEXT", options.notes, "What else should be known of it");
 }
 
 }  // namespace
@@ -217,23 +208,17 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
           "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or <camera>/<frame>.png "
           "where names tell, or videos named like their cameras")
       ->type_name("");
-  command->add_option("--out", options->out, "Folder of the new take")->required()->type_name("DIR");
+  AddRequired(*command, "--out DIR", options->out, "Folder of the new take");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   command->add_flag("--compress", options->compress,
                     "Planes apart, predictor and zstd: lossless, half the size, a core's work");
-  command
-      ->add_option(
-          "--fps", options->fps,
-          "Frames per second of images, for the times of the frames; 0: no times but those in the names "
-          "of frames")
-      ->type_name("N");
-  command
-      ->add_option("--names", options->names,
-                   "What the names of frames are: numbers; times in s, ms, us or ns; clock (101502033 or "
-                   "2021-06-16_10-15-02.033); auto: as their steps and --fps tell, which is said")
-      ->type_name("KIND");
-  command->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
-      ->type_name("ORDER");
+  AddOption(*command, "--fps N", options->fps,
+            "Frames per second of images, for the times of the frames; 0: no times but those in the names of "
+            "frames");
+  AddOption(*command, "--names KIND", options->names,
+            "What the names of frames are: numbers; times in s, ms, us or ns; clock (101502033 or "
+            "2021-06-16_10-15-02.033); auto: as their steps and --fps tell, which is said");
+  AddOption(*command, "--mosaic ORDER", options->mosaic, "Grey images are a Bayer mosaic of this order");
   AddVideoOptions(*command, *options);
   command->callback([options, &line] {
     if (options->sources.empty() && options->cameras.empty())

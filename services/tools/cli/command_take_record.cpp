@@ -15,6 +15,7 @@
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_check.h"
 #include "services/studio/recording/live_recording.h"
@@ -129,13 +130,9 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
       "  weft take record --session session.json --out take --seconds 60\n"
       "  weft take record --session session.json --out take --preview look --board board.json --template "
       "shirt");
-  record->add_option("--session", options->session, "session.json with cameras, rate and tolerance")
-      ->required()
-      ->type_name("FILE");
-  record->add_option("--out", options->out, "Folder of the new take")->required()->type_name("DIR");
-  record->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+  AddRequired(*record, "--session FILE", options->session, "session.json with cameras, rate and tolerance");
+  AddRequired(*record, "--out DIR", options->out, "Folder of the new take");
+  AddOption(*record, "--seconds S", options->seconds, "How long; 0: until Ctrl-C", CLI::NonNegativeNumber);
   AddPreviewOptions(*record, options->preview);
   record->add_flag("--no-disk-test", options->no_disk_test,
                    "Do not measure first whether the disk keeps up with the cameras");

@@ -14,6 +14,7 @@
 #include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/studio/recording/session_file.h"
@@ -252,16 +253,12 @@ struct RemoteTakeCommand {
 };
 
 void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
-  command.add_option("--session", options.session, "session.json with cameras, rate and tolerance")
-      ->type_name("FILE");
-  command
-      .add_option("--lease", options.lease,
-                  "Record the cameras of the session that `weft session open` opened")
-      ->type_name("LEASE")
+  AddOption(command, "--session FILE", options.session, "session.json with cameras, rate and tolerance");
+  AddOption(command, "--lease LEASE", options.lease,
+            "Record the cameras of the session that `weft session open` opened")
       ->envname("WEFT_LEASE");
-  command.add_option("--seconds", options.seconds, "How long; 0: until `weft take stop`")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(command, "--seconds S", options.seconds, "How long; 0: until `weft take stop`",
+            CLI::NonNegativeNumber);
   command.add_flag("--no-disk-test", options.no_disk_test,
                    "Do not measure first whether the disk keeps up with the cameras");
 }
@@ -269,14 +266,10 @@ void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
 void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOptions& options) {
   if (arguments == RemoteTakeArguments::kSession) return AddStartArguments(command, options);
   if (arguments == RemoteTakeArguments::kLimit) {
-    command.add_option("--limit", options.limit, "At most this many")
-        ->type_name("N")
-        ->check(CLI::Range(1, 1000));
+    AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
     command.add_flag("--trash", options.trash, "Those in the trash instead");
-    command
-        .add_option("--search", options.words,
-                    "Those alone in whose slate, name, notes, id or timecode all of these words stand")
-        ->type_name("WORDS");
+    AddOption(command, "--search WORDS", options.words,
+              "Those alone in whose slate, name, notes, id or timecode all of these words stand");
     return;
   }
   CLI::Option* take =

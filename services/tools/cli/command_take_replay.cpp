@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/replay_take.h"
 #include "services/tools/cli/commands.h"
@@ -111,9 +112,8 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
                  "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
                  "  weft take replay take --preview look --board board.json --template shirt");
   replay->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
-  CLI::Option* speed = replay->add_option("--speed", options->speed, "Times the recorded speed")
-                           ->type_name("X")
-                           ->check(CLI::PositiveNumber);
+  CLI::Option* speed =
+      AddOption(*replay, "--speed X", options->speed, "Times the recorded speed", CLI::PositiveNumber);
   CLI::Option* fastest = replay->add_flag("--fastest", options->fastest, "As fast as frames can be read");
   CLI::Option* step = replay->add_flag("--step", options->step, "One frame set per line on standard input");
   fastest->excludes(speed)->excludes(step);

@@ -6,6 +6,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/studio/recording/sync_report.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -44,7 +45,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
                  "name what to do. Exit status 1 when the verdict is bad.",
                  "  weft take sync take --report sync.html");
   sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
-  sync->add_option("--report", options->report, "Write a page with plots over the take")->type_name("FILE");
+  AddOption(*sync, "--report FILE", options->report, "Write a page with plots over the take");
   sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");
   sync->callback([options, &line] { line.run = [options] { return Sync(*options); }; });
 }

@@ -18,6 +18,7 @@
 #include "services/formats/files/obj_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/files/text_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -165,10 +166,8 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
 }
 
 void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
-  command.add_option("--unit", options.unit, "Unit of the mesh's coordinates")
-      ->type_name("UNIT")
-      ->capture_default_str()
-      ->check(OneLengthUnit());
+  AddOption(command, "--unit UNIT", options.unit, "Unit of the mesh's coordinates", OneLengthUnit())
+      ->capture_default_str();
   command.add_flag("--allow-scale", options.allow_scale,
                    "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
   command.add_flag(
@@ -194,35 +193,21 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
       "print.",
       "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
   auto options = std::make_shared<TemplateImportOptions>();
-  command
-      ->add_option("--mesh", options->mesh,
-                   "The garment at rest: triangles, PLY or OBJ, vertices in the order of the map")
-      ->required()
-      ->type_name("FILE");
-  command
-      ->add_option("--cells", options->cells,
-                   "Text with a line `row col` per vertex of the mesh, `-1 -1` for a vertex without a cell")
-      ->required()
-      ->type_name("FILE");
-  command
-      ->add_option(
-          "--corners", options->corners,
-          "Text like that of --cells, for vertices that are corners between cells: corner `row col` is "
-          "the upper left one of that cell. Without it only centres of cells are vertices")
-      ->type_name("FILE");
-  command->add_option("--board", options->board, "board.json or board.png of the cloth")
-      ->required()
-      ->type_name("BOARD");
-  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*command, "--mesh FILE", options->mesh,
+              "The garment at rest: triangles, PLY or OBJ, vertices in the order of the map");
+  AddRequired(*command, "--cells FILE", options->cells,
+              "Text with a line `row col` per vertex of the mesh, `-1 -1` for a vertex without a cell");
+  AddOption(*command, "--corners FILE", options->corners,
+            "Text like that of --cells, for vertices that are corners between cells: corner `row col` is the "
+            "upper left one of that cell. Without it only centres of cells are vertices");
+  AddRequired(*command, "--board BOARD", options->board, "board.json or board.png of the cloth");
+  AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
-  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
-      ->type_name("NAME");
-  command
-      ->add_option("--openings", options->openings,
-                   "Openings that the garment has, e.g. 4 for a T-shirt: a mesh with others, or that is no "
-                   "clean surface, is refused")
-      ->type_name("N")
-      ->check(CLI::Range(-1, 100));
+  AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
+  AddOption(*command, "--openings N", options->openings,
+            "Openings that the garment has, e.g. 4 for a T-shirt: a mesh with others, or that is no clean "
+            "surface, is refused",
+            CLI::Range(-1, 100));
   AddCheckOptions(*command, *options);
   command->callback([options, &line] { line.run = [options] { return ImportTemplateFiles(*options); }; });
 }

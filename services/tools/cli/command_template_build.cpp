@@ -19,6 +19,7 @@
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/options/presets.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/report/html_text.h"
@@ -182,38 +183,26 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
   auto options = std::make_shared<BuildOptions>();
   TemplateSourceFiles& from = options->from;
-  command->add_option("sources", from.sources, "Dumps to decode and triangulate, or cloud.ply of frames")
-      ->required()
-      ->type_name("DUMP|CLOUD...");
-  command->add_option("--rig", from.rig, "rig.json of the cameras that recorded the dumps")->type_name("RIG");
-  command->add_option("--board", from.board, "board.json or board.png of the cloth")
-      ->required()
-      ->type_name("BOARD");
+  AddRequired(*command, "sources DUMP|CLOUD...", from.sources,
+              "Dumps to decode and triangulate, or cloud.ply of frames");
+  AddOption(*command, "--rig RIG", from.rig, "rig.json of the cameras that recorded the dumps");
+  AddRequired(*command, "--board BOARD", from.board, "board.json or board.png of the cloth");
   AddFramesOption(*command, from.frames, "Which frames of the dumps, all by default");
   AddMosaicOption(*command, from.mosaic);
-  command->add_option("--samples", from.samples, "How many of these frames, spread evenly, to build from")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
-  command
-      ->add_option("--panels", from.panels,
-                   "Image of the board with a pixel per cell: black outside the garment, each panel in any "
-                   "other colour. By default the panels are the cells that the clouds show")
-      ->type_name("IMAGE");
-  command
-      ->add_option(
-          "--cell-mm", options->cell_mm,
-          "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png")
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--samples N", from.samples, "How many of these frames, spread evenly, to build from",
+            CLI::Range(1, 1000));
+  AddOption(*command, "--panels IMAGE", from.panels,
+            "Image of the board with a pixel per cell: black outside the garment, each panel in any other "
+            "colour. By default the panels are the cells that the clouds show");
+  AddOption(*command, "--cell-mm MM", options->cell_mm,
+            "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png",
+            CLI::NonNegativeNumber);
   AddSewingOptions(*command, options->pipeline.named);
   AddPipelineFlags(*command, options->pipeline);
-  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
-  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
-      ->type_name("NAME");
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
   RunHereOrAtDaemon(*command, line, [options, &line] { return Build(*options, line.quiet); });
 }

@@ -10,6 +10,7 @@
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/verdict/verdict.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/print_verdict.h"
@@ -77,16 +78,11 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
       "  weft template check shirt --openings 4\n"
       "  weft template check shirt --board board.json --json");
   auto options = std::make_shared<TemplateCheckOptions>();
-  command->add_option("template", options->folder, "Folder of the template, or its template.json")
-      ->required()
-      ->type_name("DIR");
-  command->add_option("--board", options->board, "Board that it must have been sewn from")
-      ->type_name("BOARD");
-  command
-      ->add_option("--openings", options->openings,
-                   "Openings that the garment must have; -1: as many as its builder expected, if said")
-      ->type_name("N")
-      ->check(CLI::Range(-1, 100));
+  AddRequired(*command, "template DIR", options->folder, "Folder of the template, or its template.json");
+  AddOption(*command, "--board BOARD", options->board, "Board that it must have been sewn from");
+  AddOption(*command, "--openings N", options->openings,
+            "Openings that the garment must have; -1: as many as its builder expected, if said",
+            CLI::Range(-1, 100));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
   command->callback([options, &line] { line.run = [options] { return CheckTemplate(*options); }; });
 }

@@ -11,6 +11,7 @@
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -74,13 +75,10 @@ void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
                    "Folders of two templates or more, from the innermost garment to the outermost")
       ->required()
       ->type_name("");
-  command->add_option("--board", options->board, "The joint board of `weft pattern join`")
-      ->required()
-      ->type_name("BOARD");
-  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  AddRequired(*command, "--board BOARD", options->board, "The joint board of `weft pattern join`");
+  AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
-  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
-      ->type_name("NAME");
+  AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
   command->callback([options, &line] { line.run = [options] { return JoinTemplateFiles(*options); }; });
 }
 

@@ -10,6 +10,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/command_line.h"
 #include "services/tools/cli/json_output.h"
@@ -23,44 +24,32 @@ constexpr char kAvatarGroup[] = "An avatar";
 
 // What is driven besides the avatar, and over what.
 void AddDrivenOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOptions& options) {
-  command
-      .add_option(
-          "--baseline", options.scoring.baseline,
-          "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there are "
-          "two cameras")
-      ->type_name("DIR")
+  AddOption(command, "--baseline DIR", options.scoring.baseline,
+            "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there "
+            "are two cameras")
       ->needs(avatar)
       ->group(kAvatarGroup);
-  command
-      .add_option(
-          "--cameras", options.scoring.cameras,
-          "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, at "
-          "equal angles; with pictures they are chosen among those of the take")
-      ->type_name("N,N")
+  AddOption(command, "--cameras N,N", options.scoring.cameras,
+            "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, at "
+            "equal angles; with pictures they are chosen among those of the take",
+            CLI::Range(1, 1000))
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->needs(avatar)
       ->group(kAvatarGroup);
-  command
-      .add_option(
-          "--splits", options.scoring.splits,
-          "Which takes of a data set: validate, test-known, test-unseen. What is chosen by a test is no "
-          "test any more: compare avatars by validate")
-      ->type_name("NAME,NAME")
+  AddOption(command, "--splits NAME,NAME", options.scoring.splits,
+            "Which takes of a data set: validate, test-known, test-unseen. What is chosen by a test is no "
+            "test any more: compare avatars by validate",
+            OneOf({"train", "validate", "test-known", "test-unseen"}))
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(OneOf({"train", "validate", "test-known", "test-unseen"}))
       ->capture_default_str()
       ->needs(avatar)
       ->group(kAvatarGroup);
-  command
-      .add_option(
-          "--frames", options.frames,
-          "Which frames of each take, all by default: a range A:B by position, B not included, either "
-          "side may be left out; or N, the first N alone")
-      ->type_name("RANGE")
+  AddOption(command, "--frames RANGE", options.frames,
+            "Which frames of each take, all by default: a range A:B by position, B not included, either side "
+            "may be left out; or N, the first N alone")
       ->needs(avatar)
       ->group(kAvatarGroup);
 }
@@ -80,10 +69,8 @@ void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOpt
           "while one of two is dark")
       ->needs(avatar)
       ->group(kAvatarGroup);
-  command
-      .add_option("--meshes", options.scoring.meshes,
-                  "Write driven and true meshes of each frame below this folder, to be watched side by side")
-      ->type_name("DIR")
+  AddOption(command, "--meshes DIR", options.scoring.meshes,
+            "Write driven and true meshes of each frame below this folder, to be watched side by side")
       ->needs(avatar)
       ->group(kAvatarGroup);
 }
@@ -92,12 +79,9 @@ void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOpt
 
 void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options) {
   CLI::Option* avatar =
-      command
-          .add_option(
-              "--avatar", options.scoring.avatar,
-              "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
-              "`weft simulate`, with or without pictures, and compare it with the truth")
-          ->type_name("DIR")
+      AddOption(command, "--avatar DIR", options.scoring.avatar,
+                "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
+                "`weft simulate`, with or without pictures, and compare it with the truth")
           ->group(kAvatarGroup);
   AddDrivenOptions(command, avatar, options);
   AddDrivingOptions(command, avatar, options);

@@ -5,20 +5,17 @@
 #include "base/status_macros.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
+#include "services/ground/process/command_option.h"
 
 namespace weft {
 
 void AddPipelineFlags(CLI::App& command, PipelineFlags& flags) {
-  command
-      .add_option("--config", flags.configs,
-                  "Options that change the preset, a file as `weft options --file` prints it; a later file "
-                  "changes an earlier one")
-      ->type_name("FILE")
+  AddOption(command, "--config FILE", flags.configs,
+            "Options that change the preset, a file as `weft options --file` prints it; a later file changes "
+            "an earlier one")
       ->allow_extra_args(false);
-  command
-      .add_option("--set", flags.settings,
-                  "One option, after all files, e.g. decode.levels=2; `weft options` lists all")
-      ->type_name("OPTION=VALUE")
+  AddOption(command, "--set OPTION=VALUE", flags.settings,
+            "One option, after all files, e.g. decode.levels=2; `weft options` lists all")
       ->allow_extra_args(false);
 }
 

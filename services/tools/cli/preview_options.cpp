@@ -7,6 +7,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/template_file.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/command_line.h"
 
@@ -14,29 +15,20 @@ namespace weft {
 
 void AddPreviewOptions(CLI::App& command, PreviewCommandOptions& options) {
   CLI::Option* preview =
-      command
-          .add_option(
-              "--preview", options.folder,
-              "Write a page there, index.html, that shows what the cameras see and loads itself again: "
-              "pictures, exposure, focus, with --board also cells that are read and coverage")
-          ->type_name("DIR");
-  CLI::Option* board =
-      command.add_option("--board", options.board, "board.json or board.png of the cloth, for the preview")
-          ->type_name("BOARD")
-          ->needs(preview);
-  command
-      .add_option("--template", options.garment,
-                  "The garment, for a coverage of its cells alone, painted on its shape")
-      ->type_name("DIR")
+      AddOption(command, "--preview DIR", options.folder,
+                "Write a page there, index.html, that shows what the cameras see and loads itself again: "
+                "pictures, exposure, focus, with --board also cells that are read and coverage");
+  CLI::Option* board = AddOption(command, "--board BOARD", options.board,
+                                 "board.json or board.png of the cloth, for the preview")
+                           ->needs(preview);
+  AddOption(command, "--template DIR", options.garment,
+            "The garment, for a coverage of its cells alone, painted on its shape")
       ->needs(board);
-  command.add_option("--preview-interval", options.interval_s, "Seconds between pages, at least")
-      ->type_name("S")
-      ->check(CLI::Range(0.1, 3600.0))
+  AddOption(command, "--preview-interval S", options.interval_s, "Seconds between pages, at least",
+            CLI::Range(0.1, 3600.0))
       ->needs(preview);
-  command
-      .add_option("--decoded-views", options.decoded_views, "Cameras that are decoded for a page, in turn")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1000))
+  AddOption(command, "--decoded-views N", options.decoded_views,
+            "Cameras that are decoded for a page, in turn", CLI::Range(0, 1000))
       ->needs(board);
 }
 

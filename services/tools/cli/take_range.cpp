@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/input_options.h"
 
 namespace weft {
@@ -36,11 +37,9 @@ absl::Status ParseSets(const std::string& text, TakeViewOptions& view) {
 
 void AddTakeRangeOptions(CLI::App& command, TakeRange& range) {
   AddFramesOption(command, range.sets, "Which frame sets of the take, all by default", "--sets");
-  command
-      .add_option("--shift", range.shifts,
-                  "Add this to all times of a camera's frames, again for another camera. Half a period and "
-                  "more takes them to the sets that were triggered then")
-      ->type_name("CAMERA=MS")
+  AddOption(command, "--shift CAMERA=MS", range.shifts,
+            "Add this to all times of a camera's frames, again for another camera. Half a period and more "
+            "takes them to the sets that were triggered then")
       ->default_str("")
       ->allow_extra_args(false);
 }

@@ -18,6 +18,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/confinement/worker_user.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/file_size.h"
 #include "services/ground/process/freed_memory.h"
@@ -132,15 +133,13 @@ void AddFlags(CLI::App& app, WorkerFlags& flags) {
   app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
   app.add_option("TASK", flags.path, "The task.json");
   app.add_flag("--read", flags.reads, "Read files of others instead: a weft.v1.Reading from standard input");
-  app.add_option("--parent", flags.parent, "End at once unless started by this process")->type_name("PID");
-  app.add_option("--memory-mib", flags.memory_mib, "Memory that this process may take; 0: any")
-      ->type_name("MIB");
-  app.add_option("--user", flags.user, "Run as this user; needs root")->type_name("NAME");
-  app.add_option("--events", flags.events, "Append the events to this file, for a daemon on another machine")
-      ->type_name("FILE");
-  app.add_option("--patience-s", flags.patience_s,
-                 "Wait for TASK so long, on file systems that show files late")
-      ->type_name("S");
+  weft::AddOption(app, "--parent PID", flags.parent, "End at once unless started by this process");
+  weft::AddOption(app, "--memory-mib MIB", flags.memory_mib, "Memory that this process may take; 0: any");
+  weft::AddOption(app, "--user NAME", flags.user, "Run as this user; needs root");
+  weft::AddOption(app, "--events FILE", flags.events,
+                  "Append the events to this file, for a daemon on another machine");
+  weft::AddOption(app, "--patience-s S", flags.patience_s,
+                  "Wait for TASK so long, on file systems that show files late");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/file_size.h"
 #include "services/ground/process/help.h"
@@ -35,117 +36,82 @@ std::string ConsoleFiles() {
 }
 
 void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
-  app.add_option("--tls-cert", tls.certificate, "Certificate of the daemon, with its chain, PEM")
-      ->type_name("FILE");
-  app.add_option("--tls-key", tls.key, "Its key, PEM, closed to other users")->type_name("FILE");
-  app.add_option(
-         "--tls-client-ca", tls.client_authority,
-         "Certificates of the authority that vouches for clients, PEM. Clients may then show a certificate "
-         "instead of a token; `weft access certificate` gives its owner a role")
-      ->type_name("FILE");
-  app.add_option("--tls-client-crl", tls.client_revocations,
-                 "The authority's list of revoked certificates, PEM")
-      ->type_name("FILE");
+  weft::AddOption(app, "--tls-cert FILE", tls.certificate, "Certificate of the daemon, with its chain, PEM");
+  weft::AddOption(app, "--tls-key FILE", tls.key, "Its key, PEM, closed to other users");
+  weft::AddOption(app, "--tls-client-ca FILE", tls.client_authority,
+                  "Certificates of the authority that vouches for clients, PEM. Clients may then show a "
+                  "certificate instead of a token; `weft access certificate` gives its owner a role");
+  weft::AddOption(app, "--tls-client-crl FILE", tls.client_revocations,
+                  "The authority's list of revoked certificates, PEM");
 }
 
 void AddNoticeOptions(CLI::App& app, weft::NoticeOptions& notices) {
-  app.add_option("--on-end-command", notices.program,
-                 "Program to run when a take or a job has ended, without a shell; its standard input has the "
-                 "notice as JSON (weft.v1.EndNotice)")
-      ->type_name("FILE");
-  app.add_option("--on-end-timeout-s", notices.program_timeout_s, "The program is ended after so long")
-      ->type_name("S")
-      ->check(CLI::Range(1.0, 86400.0));
-  app.add_option(
-         "--on-end-url", notices.server.url,
-         "Where to post the same notice, by https, or by http on this machine; repeated until the answer is "
-         "2xx, or for --keep-notices-days")
-      ->type_name("URL");
-  app.add_option(
-         "--on-end-secret", notices.server.secret_file,
-         "File of a secret, closed to other users, which signs the posts: the header X-Weft-Signature is "
-         "\"sha256=\" and the HMAC-SHA256 of the body in hex")
-      ->type_name("FILE");
-  app.add_option("--on-end-ca", notices.server.authority,
-                 "Certificates that vouch for the server, PEM; those of this machine where it is left out")
-      ->type_name("FILE");
+  weft::AddOption(app, "--on-end-command FILE", notices.program,
+                  "Program to run when a take or a job has ended, without a shell; its standard input has "
+                  "the notice as JSON (weft.v1.EndNotice)");
+  weft::AddOption(app, "--on-end-timeout-s S", notices.program_timeout_s,
+                  "The program is ended after so long", CLI::Range(1.0, 86400.0));
+  weft::AddOption(app, "--on-end-url URL", notices.server.url,
+                  "Where to post the same notice, by https, or by http on this machine; repeated until the "
+                  "answer is 2xx, or for --keep-notices-days");
+  weft::AddOption(app, "--on-end-secret FILE", notices.server.secret_file,
+                  "File of a secret, closed to other users, which signs the posts: the header "
+                  "X-Weft-Signature is \"sha256=\" and the HMAC-SHA256 of the body in hex");
+  weft::AddOption(app, "--on-end-ca FILE", notices.server.authority,
+                  "Certificates that vouch for the server, PEM; those of this machine where it is left out");
 }
 
 void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
-  app.add_option(
-         "--slurm-folder", slurm.folder,
-         "Run tasks on a cluster by Slurm instead of on this machine. A folder for their files and logs, of "
-         "this daemon alone, which the nodes see, too")
-      ->type_name("DIR");
-  app.add_option("--slurm-tasks", slurm.tasks, "Tasks that may run at once; 0: as many as Slurm lets")
-      ->type_name("N")
-      ->check(CLI::Range(0, 100'000));
-  app.add_option("--slurm-frames-per-task", slurm.frames_per_task,
-                 "Frames of a task; `weft job plan` recommends a number")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100'000));
-  app.add_option("--slurm-cpus-per-task", slurm.cpus_per_task, "Cores of a task, one thread each")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  app.add_option("--slurm-memory-mib", slurm.memory_mib,
-                 "Memory of a task; 0: 4096 at first, then half as much again as the largest one took")
-      ->type_name("MIB")
-      ->check(CLI::Range(int64_t{0}, int64_t{1} << 30));
-  app.add_option("--slurm-time-limit-min", slurm.time_limit_min,
-                 "Time limit of a task; 0: that of its partition")
-      ->type_name("MIN")
-      ->check(CLI::Range(0, 365 * 24 * 60));
-  app.add_option("--slurm-partition", slurm.partition, "Partition; that of the cluster where it is left out")
-      ->type_name("NAME");
-  app.add_option("--slurm-account", slurm.account, "Account")->type_name("NAME");
-  app.add_option("--slurm-qos", slurm.qos, "Quality of service")->type_name("NAME");
-  app.add_option("--slurm-option", slurm.extra,
-                 "Further option of sbatch, with its value in one word; may be given several times")
-      ->type_name("OPTION");
-  app.add_option("--slurm-worker", slurm.worker_program,
-                 "The worker's program as nodes see it; --worker where it is left out")
-      ->type_name("FILE");
-  app.add_option("--slurm-setup", slurm.setup_file,
-                 "Lines of shell that run on the node before the worker, for example `module load`")
-      ->type_name("FILE");
-  app.add_option("--slurm-map-path", slurm.mapped_paths,
-                 "HERE=THERE: nodes see the folder HERE as THERE; may be given several times")
-      ->type_name("PATHS");
-  app.add_option(
-         "--slurm-scratch", slurm.scratch_folder,
-         "Folder on a disk of each node, for copies of the images that a task reads. Without it, images "
-         "are read from where they lie")
-      ->type_name("DIR");
-  app.add_option("--slurm-scratch-mib", slurm.scratch_mib,
-                 "Quota of a task in the folder of --slurm-scratch; two frames at least should fit")
-      ->type_name("MIB")
-      ->check(CLI::Range(int64_t{1}, int64_t{1} << 30));
-  app.add_option("--slurm-lag-s", slurm.lag_s,
-                 "How late nodes and this machine may see each other's files in --slurm-folder")
-      ->type_name("S")
-      ->check(CLI::Range(0.0, 3600.0));
-  app.add_option(
-         "--slurm-query-s", slurm.query_s,
-         "How long a task may be silent before Slurm is asked about it, and between two such questions. "
-         "A controller that serves few jobs bears 1")
-      ->type_name("S")
-      ->check(CLI::Range(0.1, 3600.0));
+  weft::AddOption(app, "--slurm-folder DIR", slurm.folder,
+                  "Run tasks on a cluster by Slurm instead of on this machine. A folder for their files and "
+                  "logs, of this daemon alone, which the nodes see, too");
+  weft::AddOption(app, "--slurm-tasks N", slurm.tasks, "Tasks that may run at once; 0: as many as Slurm lets",
+                  CLI::Range(0, 100'000));
+  weft::AddOption(app, "--slurm-frames-per-task N", slurm.frames_per_task,
+                  "Frames of a task; `weft job plan` recommends a number", CLI::Range(1, 100'000));
+  weft::AddOption(app, "--slurm-cpus-per-task N", slurm.cpus_per_task, "Cores of a task, one thread each",
+                  CLI::Range(1, 1024));
+  weft::AddOption(app, "--slurm-memory-mib MIB", slurm.memory_mib,
+                  "Memory of a task; 0: 4096 at first, then half as much again as the largest one took",
+                  CLI::Range(int64_t{0}, int64_t{1} << 30));
+  weft::AddOption(app, "--slurm-time-limit-min MIN", slurm.time_limit_min,
+                  "Time limit of a task; 0: that of its partition", CLI::Range(0, 365 * 24 * 60));
+  weft::AddOption(app, "--slurm-partition NAME", slurm.partition,
+                  "Partition; that of the cluster where it is left out");
+  weft::AddOption(app, "--slurm-account NAME", slurm.account, "Account");
+  weft::AddOption(app, "--slurm-qos NAME", slurm.qos, "Quality of service");
+  weft::AddOption(app, "--slurm-option OPTION", slurm.extra,
+                  "Further option of sbatch, with its value in one word; may be given several times");
+  weft::AddOption(app, "--slurm-worker FILE", slurm.worker_program,
+                  "The worker's program as nodes see it; --worker where it is left out");
+  weft::AddOption(app, "--slurm-setup FILE", slurm.setup_file,
+                  "Lines of shell that run on the node before the worker, for example `module load`");
+  weft::AddOption(app, "--slurm-map-path PATHS", slurm.mapped_paths,
+                  "HERE=THERE: nodes see the folder HERE as THERE; may be given several times");
+  weft::AddOption(app, "--slurm-scratch DIR", slurm.scratch_folder,
+                  "Folder on a disk of each node, for copies of the images that a task reads. Without it, "
+                  "images are read from where they lie");
+  weft::AddOption(app, "--slurm-scratch-mib MIB", slurm.scratch_mib,
+                  "Quota of a task in the folder of --slurm-scratch; two frames at least should fit",
+                  CLI::Range(int64_t{1}, int64_t{1} << 30));
+  weft::AddOption(app, "--slurm-lag-s S", slurm.lag_s,
+                  "How late nodes and this machine may see each other's files in --slurm-folder",
+                  CLI::Range(0.0, 3600.0));
+  weft::AddOption(app, "--slurm-query-s S", slurm.query_s,
+                  "How long a task may be silent before Slurm is asked about it, and between two such "
+                  "questions. A controller that serves few jobs bears 1",
+                  CLI::Range(0.1, 3600.0));
 }
 
 void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
-  app.add_option(
-         "--console", options.console_listen,
-         "Serve the console at http://HOST:PORT/, or https where other machines reach it. Whoever opens it "
-         "shows a token once")
-      ->type_name("HOST:PORT");
-  app.add_option(
-         "--console-host", options.console_hosts,
-         "Name of this machine that browsers may ask for, besides its host name and addresses; may be given "
-         "several times")
-      ->type_name("NAME");
-  app.add_option("--console-files", options.console_files,
-                 "Folder of the console's built pages; those installed unless given, none where empty")
-      ->type_name("DIR");
+  weft::AddOption(app, "--console HOST:PORT", options.console_listen,
+                  "Serve the console at http://HOST:PORT/, or https where other machines reach it. Whoever "
+                  "opens it shows a token once");
+  weft::AddOption(app, "--console-host NAME", options.console_hosts,
+                  "Name of this machine that browsers may ask for, besides its host name and addresses; may "
+                  "be given several times");
+  weft::AddOption(app, "--console-files DIR", options.console_files,
+                  "Folder of the console's built pages; those installed unless given, none where empty");
 }
 
 // Days are those that a daemon has seen.
@@ -182,56 +148,42 @@ void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
 
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
-  app.add_option(
-         "--listen", options.listen,
-         "unix:PATH or HOST:PORT to listen on; port 0 takes a free one; may be given several times. The "
-         "default is unix:STATE/weftd.sock. The daemon's user and root may do everything there and on "
-         "loopback; all others need a token or a certificate (`weft access`). Beyond this machine it "
-         "needs --tls-cert and --tls-key")
-      ->type_name("ADDRESS");
+  weft::AddOption(app, "--listen ADDRESS", options.listen,
+                  "unix:PATH or HOST:PORT to listen on; port 0 takes a free one; may be given several times. "
+                  "The default is unix:STATE/weftd.sock. The daemon's user and root may do everything there "
+                  "and on loopback; all others need a token or a certificate (`weft access`). Beyond this "
+                  "machine it needs --tls-cert and --tls-key");
   AddTlsOptions(app, options.tls);
-  app.add_option(
-         "--metrics", options.metrics_listen,
-         "Serve metrics for Prometheus at http://HOST:PORT/metrics, or https where other machines reach it. "
-         "Whoever asks shows a token of the role viewer")
-      ->type_name("HOST:PORT");
+  weft::AddOption(app, "--metrics HOST:PORT", options.metrics_listen,
+                  "Serve metrics for Prometheus at http://HOST:PORT/metrics, or https where other machines "
+                  "reach it. Whoever asks shows a token of the role viewer");
   AddConsoleOptions(app, options);
-  app.add_option("--state", options.state_folder,
-                 "Folder for the list of jobs, and for results whose folder is not shared; must be given")
-      ->type_name("DIR");
-  app.add_option(
-         "--allow-path", options.allow_paths,
-         "Folder that jobs may read from and write to; may be given several times, must be given once")
-      ->type_name("DIR");
-  app.add_option("--workers", options.workers, "Worker processes; 0 chooses by the number of cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
-  app.add_option("--threads-per-worker", options.threads_per_worker,
-                 "Threads of each worker; 0 chooses by the number of cores")
-      ->type_name("T")
-      ->check(CLI::Range(0, 1024));
-  app.add_option(
-         "--worker-memory-mib", options.worker_memory_mib,
-         "Memory of each worker, beyond which its frame fails; 0 shares the machine's among the "
-         "workers, 4096 at the least; -1 sets no limit. Commands of operations have half the machine's")
-      ->type_name("MIB")
-      ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
-  app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
-  app.add_option("--worker-user", options.worker_user,
-                 "User whom the workers run as; needs a daemon that root started")
-      ->type_name("NAME");
+  weft::AddOption(app, "--state DIR", options.state_folder,
+                  "Folder for the list of jobs, and for results whose folder is not shared; must be given");
+  weft::AddOption(
+      app, "--allow-path DIR", options.allow_paths,
+      "Folder that jobs may read from and write to; may be given several times, must be given once");
+  weft::AddOption(app, "--workers N", options.workers, "Worker processes; 0 chooses by the number of cores",
+                  CLI::Range(0, 1024));
+  weft::AddOption(app, "--threads-per-worker T", options.threads_per_worker,
+                  "Threads of each worker; 0 chooses by the number of cores", CLI::Range(0, 1024));
+  weft::AddOption(
+      app, "--worker-memory-mib MIB", options.worker_memory_mib,
+      "Memory of each worker, beyond which its frame fails; 0 shares the machine's among the workers, 4096 "
+      "at the least; -1 sets no limit. Commands of operations have half the machine's",
+      CLI::Range(int64_t{-1}, int64_t{1} << 30));
+  weft::AddOption(app, "--worker FILE", options.worker_program, "The worker's program");
+  weft::AddOption(app, "--worker-user NAME", options.worker_user,
+                  "User whom the workers run as; needs a daemon that root started");
   AddSlurmOptions(app, options.slurm);
-  app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
-  app.add_option("--command", options.command_program, "The program `weft`, for operations")
-      ->type_name("FILE");
+  weft::AddOption(app, "--recorder FILE", options.recorder_program, "The recorder's program");
+  weft::AddOption(app, "--command FILE", options.command_program, "The program `weft`, for operations");
   AddRetentionOptions(app, options.retention);
   AddNoticeOptions(app, options.notices);
-  app.add_option("--address-file", options.address_file,
-                 "Write the addresses here once the daemon listens, a line each")
-      ->type_name("FILE");
-  app.add_option("--log-level", log_level, "How much to log, on standard error")
-      ->type_name("LEVEL")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+  weft::AddOption(app, "--address-file FILE", options.address_file,
+                  "Write the addresses here once the daemon listens, a line each");
+  weft::AddOption(app, "--log-level LEVEL", log_level, "How much to log, on standard error",
+                  CLI::IsMember({"debug", "info", "warn", "error"}));
 }
 
 // What gRPC has to say about its inner life goes into our log.
@@ -287,9 +239,8 @@ Program::Program()
   options.recorder_program = weft::ProgramBeside("weft-recorder");
   options.command_program = weft::ProgramBeside("weft");
   options.reads_in_processes = true;
-  app.add_option("--config", setup.config_file,
-                 "Read options from here that no argument gives; SIGHUP reads it again")
-      ->type_name("FILE");
+  weft::AddOption(app, "--config FILE", setup.config_file,
+                  "Read options from here that no argument gives; SIGHUP reads it again");
   app.add_flag("--print-config", prints_config, "Print all options as a file for --config, and exit");
   AddOptions(app, options, setup.log_level);
 }
