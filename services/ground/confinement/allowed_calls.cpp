@@ -31,41 +31,17 @@ namespace {
 // Of files that Landlock lets it open, and of descriptors that it has. truncate() is left out: Landlock knows
 // it from Linux 6.2 on. So are links, which nobody makes, and what changes a file's mode, owner, times or
 // attributes, which Landlock never looks at.
-constexpr int kFiles[] = {SCMP_SYS(read),
-                          SCMP_SYS(write),
-                          SCMP_SYS(readv),
-                          SCMP_SYS(writev),
-                          SCMP_SYS(pread64),
-                          SCMP_SYS(pwrite64),
-                          SCMP_SYS(preadv),
-                          SCMP_SYS(pwritev),
-                          SCMP_SYS(preadv2),
-                          SCMP_SYS(pwritev2),
-                          SCMP_SYS(lseek),
-                          SCMP_SYS(close),
-                          SCMP_SYS(dup),
-                          SCMP_SYS(dup2),
-                          SCMP_SYS(dup3),
-                          SCMP_SYS(close_range),
-                          SCMP_SYS(flock),
-                          SCMP_SYS(fsync),
-                          SCMP_SYS(fdatasync),
-                          SCMP_SYS(ftruncate),
-                          SCMP_SYS(fallocate),
-                          SCMP_SYS(fadvise64),
-                          SCMP_SYS(readahead),
-                          SCMP_SYS(sendfile),
-                          SCMP_SYS(copy_file_range),
-                          SCMP_SYS(getdents64),
-                          SCMP_SYS(getcwd),
-                          SCMP_SYS(rename),
-                          SCMP_SYS(renameat),
-                          SCMP_SYS(renameat2),
-                          SCMP_SYS(unlink),
-                          SCMP_SYS(unlinkat),
-                          SCMP_SYS(rmdir),
-                          SCMP_SYS(pipe),
-                          SCMP_SYS(pipe2)};
+constexpr int kBytes[] = {
+    SCMP_SYS(read),      SCMP_SYS(write),           SCMP_SYS(readv),     SCMP_SYS(writev),
+    SCMP_SYS(pread64),   SCMP_SYS(pwrite64),        SCMP_SYS(preadv),    SCMP_SYS(pwritev),
+    SCMP_SYS(preadv2),   SCMP_SYS(pwritev2),        SCMP_SYS(fsync),     SCMP_SYS(fdatasync),
+    SCMP_SYS(ftruncate), SCMP_SYS(fallocate),       SCMP_SYS(fadvise64), SCMP_SYS(readahead),
+    SCMP_SYS(sendfile),  SCMP_SYS(copy_file_range), SCMP_SYS(getdents64)};
+constexpr int kDescriptors[] = {SCMP_SYS(lseek), SCMP_SYS(close), SCMP_SYS(dup),
+                                SCMP_SYS(dup2),  SCMP_SYS(dup3),  SCMP_SYS(close_range),
+                                SCMP_SYS(flock), SCMP_SYS(pipe),  SCMP_SYS(pipe2)};
+constexpr int kNames[] = {SCMP_SYS(getcwd), SCMP_SYS(rename),   SCMP_SYS(renameat), SCMP_SYS(renameat2),
+                          SCMP_SYS(unlink), SCMP_SYS(unlinkat), SCMP_SYS(rmdir)};
 
 // Metadata of any path, which neither Landlock nor a filter can tell apart. It is shown, not changed.
 constexpr int kMetadata[] = {SCMP_SYS(stat),       SCMP_SYS(fstat),     SCMP_SYS(lstat),
@@ -108,22 +84,12 @@ constexpr int kOwnNames[] = {SCMP_SYS(getpid),    SCMP_SYS(gettid),    SCMP_SYS(
 // Programs that are started, what they are told by, and how they confine themselves further. ffmpeg's
 // libraries complain, where nothing is wrong, if they may not lock a page; its limit (RLIMIT_MEMLOCK) is the
 // user's.
-constexpr int kPrograms[] = {SCMP_SYS(fork),
-                             SCMP_SYS(mlock),
-                             SCMP_SYS(munlock),
-                             SCMP_SYS(vfork),
-                             SCMP_SYS(execve),
-                             SCMP_SYS(wait4),
-                             SCMP_SYS(waitid),
-                             SCMP_SYS(memfd_create),
-                             SCMP_SYS(recvfrom),
-                             SCMP_SYS(shutdown),
-                             SCMP_SYS(setrlimit),
-                             SCMP_SYS(capset),
-                             SCMP_SYS(seccomp),
-                             SCMP_SYS(landlock_create_ruleset),
-                             SCMP_SYS(landlock_add_rule),
-                             SCMP_SYS(landlock_restrict_self)};
+constexpr int kPrograms[] = {SCMP_SYS(fork),     SCMP_SYS(mlock),        SCMP_SYS(munlock),
+                             SCMP_SYS(vfork),    SCMP_SYS(execve),       SCMP_SYS(wait4),
+                             SCMP_SYS(waitid),   SCMP_SYS(memfd_create), SCMP_SYS(recvfrom),
+                             SCMP_SYS(shutdown), SCMP_SYS(setrlimit)};
+constexpr int kFurtherConfinement[] = {SCMP_SYS(capset), SCMP_SYS(seccomp), SCMP_SYS(landlock_create_ruleset),
+                                       SCMP_SYS(landlock_add_rule), SCMP_SYS(landlock_restrict_self)};
 
 #if WEFT_SANITIZED
 // The search for leaks stops all threads from a process of its own.
@@ -137,76 +103,37 @@ constexpr int kFirstLacked = SCMP_SYS(clone3);
 // Later than Debian 12's headers; their numbers are those of all machines.
 constexpr int kFchmodat2 = 452, kSetxattrat = 463, kRemovexattrat = 466, kFileSetattr = 469;
 
-// What a recorder has no need of, though it needs too much for a list of what it may.
-constexpr int kOnOthers[] = {SCMP_SYS(chmod),
-                             SCMP_SYS(fchmod),
-                             SCMP_SYS(fchmodat),
-                             kFchmodat2,
-                             kSetxattrat,
-                             kRemovexattrat,
-                             kFileSetattr,
-                             SCMP_SYS(chown),
-                             SCMP_SYS(fchown),
-                             SCMP_SYS(lchown),
-                             SCMP_SYS(fchownat),
-                             SCMP_SYS(setxattr),
-                             SCMP_SYS(lsetxattr),
-                             SCMP_SYS(fsetxattr),
-                             SCMP_SYS(removexattr),
-                             SCMP_SYS(lremovexattr),
-                             SCMP_SYS(fremovexattr),
-                             SCMP_SYS(utime),
-                             SCMP_SYS(utimes),
-                             SCMP_SYS(utimensat),
-                             SCMP_SYS(futimesat),
-                             SCMP_SYS(truncate),
-                             SCMP_SYS(name_to_handle_at),
+// What a recorder has no need of, though it needs too much for a list of what it may: first attributes of
+// files.
+constexpr int kAttributes[] = {SCMP_SYS(chmod),        SCMP_SYS(fchmod),      SCMP_SYS(fchmodat),
+                               SCMP_SYS(chown),        SCMP_SYS(fchown),      SCMP_SYS(lchown),
+                               SCMP_SYS(fchownat),     SCMP_SYS(setxattr),    SCMP_SYS(lsetxattr),
+                               SCMP_SYS(fsetxattr),    SCMP_SYS(removexattr), SCMP_SYS(lremovexattr),
+                               SCMP_SYS(fremovexattr), SCMP_SYS(utime),       SCMP_SYS(utimes),
+                               SCMP_SYS(utimensat),    SCMP_SYS(futimesat),   SCMP_SYS(truncate)};
+constexpr int kLaterAttributes[] = {kFchmodat2, kSetxattrat, kRemovexattrat, kFileSetattr};
+// Files and processes past their names and owners, and other ways into the kernel.
+constexpr int kOnOthers[] = {SCMP_SYS(name_to_handle_at),
                              SCMP_SYS(open_by_handle_at),
                              SCMP_SYS(process_vm_readv),
                              SCMP_SYS(process_vm_writev),
                              SCMP_SYS(process_madvise),
                              SCMP_SYS(pidfd_getfd),
-                             SCMP_SYS(kcmp),
-                             SCMP_SYS(userfaultfd),
-                             SCMP_SYS(perf_event_open),
-                             SCMP_SYS(bpf),
-                             SCMP_SYS(io_uring_setup),
-                             SCMP_SYS(io_uring_enter),
-                             SCMP_SYS(io_uring_register),
-                             SCMP_SYS(add_key),
-                             SCMP_SYS(keyctl),
-                             SCMP_SYS(request_key),
-                             SCMP_SYS(mount),
-                             SCMP_SYS(umount2),
-                             SCMP_SYS(move_mount),
-                             SCMP_SYS(open_tree),
-                             SCMP_SYS(mount_setattr),
-                             SCMP_SYS(fsopen),
-                             SCMP_SYS(fsconfig),
-                             SCMP_SYS(fsmount),
-                             SCMP_SYS(fspick),
-                             SCMP_SYS(pivot_root),
-                             SCMP_SYS(chroot),
-                             SCMP_SYS(setns),
-                             SCMP_SYS(unshare),
-                             SCMP_SYS(kexec_load),
-                             SCMP_SYS(kexec_file_load),
-                             SCMP_SYS(init_module),
-                             SCMP_SYS(finit_module),
-                             SCMP_SYS(delete_module),
-                             SCMP_SYS(reboot),
-                             SCMP_SYS(swapon),
-                             SCMP_SYS(swapoff),
-                             SCMP_SYS(acct),
-                             SCMP_SYS(quotactl),
-                             SCMP_SYS(quotactl_fd),
-                             SCMP_SYS(syslog),
-                             SCMP_SYS(settimeofday),
-                             SCMP_SYS(clock_settime),
-                             SCMP_SYS(clock_adjtime),
-                             SCMP_SYS(adjtimex),
-                             SCMP_SYS(iopl),
-                             SCMP_SYS(ioperm)};
+                             SCMP_SYS(kcmp)};
+constexpr int kByOtherWays[] = {
+    SCMP_SYS(userfaultfd),    SCMP_SYS(perf_event_open), SCMP_SYS(bpf),
+    SCMP_SYS(io_uring_setup), SCMP_SYS(io_uring_enter),  SCMP_SYS(io_uring_register),
+    SCMP_SYS(add_key),        SCMP_SYS(keyctl),          SCMP_SYS(request_key)};
+constexpr int kMounts[] = {
+    SCMP_SYS(mount),  SCMP_SYS(umount2),  SCMP_SYS(move_mount), SCMP_SYS(open_tree), SCMP_SYS(mount_setattr),
+    SCMP_SYS(fsopen), SCMP_SYS(fsconfig), SCMP_SYS(fsmount),    SCMP_SYS(fspick),    SCMP_SYS(pivot_root),
+    SCMP_SYS(chroot), SCMP_SYS(setns),    SCMP_SYS(unshare)};
+constexpr int kMachine[] = {
+    SCMP_SYS(kexec_load),    SCMP_SYS(kexec_file_load), SCMP_SYS(init_module),   SCMP_SYS(finit_module),
+    SCMP_SYS(delete_module), SCMP_SYS(reboot),          SCMP_SYS(swapon),        SCMP_SYS(swapoff),
+    SCMP_SYS(acct),          SCMP_SYS(quotactl),        SCMP_SYS(quotactl_fd),   SCMP_SYS(syslog),
+    SCMP_SYS(settimeofday),  SCMP_SYS(clock_settime),   SCMP_SYS(clock_adjtime), SCMP_SYS(adjtimex),
+    SCMP_SYS(iopl),          SCMP_SYS(ioperm)};
 
 constexpr uint64_t kSocketType = 0xf;
 constexpr uint64_t kLow = 0xffffffff;  // of an int; the kernel ignores what stands above it
@@ -320,6 +247,7 @@ void AllowOneProcess(Filter& filter) {
 // others; those that are known best are denied here, too.
 void AllowPrograms(Filter& filter) {
   filter.Allow(kPrograms);
+  filter.Allow(kFurtherConfinement);
   filter.AllowIf(SCMP_SYS(clone), {SCMP_A0(SCMP_CMP_MASKED_EQ, kSpaces, 0)});
   // They stay in its group, so whoever ends that ends all of them.
   filter.Ignore(SCMP_SYS(setpgid));
@@ -338,7 +266,9 @@ void AllowPrograms(Filter& filter) {
 
 absl::Status AllowCallsOf(const CallNeeds& needs) {
   Filter filter(SCMP_ACT_ERRNO(EPERM));
-  filter.Allow(kFiles);
+  filter.Allow(kBytes);
+  filter.Allow(kDescriptors);
+  filter.Allow(kNames);
   filter.Allow(kMetadata);
   filter.Allow(kMemory);
   filter.Allow(kThreads);
@@ -363,7 +293,12 @@ absl::Status AllowCallsOf(const CallNeeds& needs) {
 
 absl::Status DenyCallsOnOthers() {
   Filter filter(SCMP_ACT_ALLOW);
+  filter.Deny(kAttributes);
+  filter.Deny(kLaterAttributes);
   filter.Deny(kOnOthers);
+  filter.Deny(kByOtherWays);
+  filter.Deny(kMounts);
+  filter.Deny(kMachine);
   return filter.Load();
 }
 
