@@ -23,7 +23,6 @@ pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo>=1.16 cairo-pdf cairo-svg
 pkg_check_modules(apriltag REQUIRED IMPORTED_TARGET apriltag>=3.3)
 pkg_check_modules(seccomp REQUIRED IMPORTED_TARGET libseccomp>=2.5)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd>=1.5)
-pkg_check_modules(microhttpd REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 pkg_check_modules(prometheus REQUIRED IMPORTED_TARGET prometheus-cpp-core>=1.0)
 pkg_check_modules(ltc REQUIRED IMPORTED_TARGET ltc>=1.3) # linear timecode
 pkg_check_modules(archive REQUIRED IMPORTED_TARGET libarchive>=3.6) # support bundles

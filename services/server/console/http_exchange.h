@@ -44,6 +44,7 @@ class HttpExchange {
   std::string peer;         // "10.0.0.5", or a network (network.h)
   bool uses_tls = false;    // between the browser and this server, or a proxy before it
   bool is_upgrade = false;  // asks for a WebSocket
+  bool has_body = false;    // that was not read yet
 
   // The connection showed whose it is, which keeps it from making room for others.
   std::function<void(const std::string& account)> recognize = [](const std::string&) {};

@@ -24,7 +24,6 @@
 #include "services/server/callers/network.h"
 #include "services/server/console/http_connection.h"
 #include "services/server/console/json_messages.h"
-#include "services/server/http/http_server.h"
 
 namespace weft {
 namespace {
@@ -71,9 +70,12 @@ std::optional<HttpReply> CheckRequest(const HttpExchange& exchange, const HttpLi
   // What the browser asked for, where a proxy asks by our address. Pages of other sites cannot send it.
   const std::string forwarded = exchange.Header("X-Forwarded-Host");
   const std::string host = forwarded.empty() ? exchange.Header("Host") : forwarded;
-  if (!IsHostOfOurs(host, names)) {
-    return Refusal(421, absl::StatusCode::kPermissionDenied,
-                   "Host: this is no name of this server; ask by its address, or give weftd --console-host");
+  const bool is_vouched_for = options.tokens_vouch && !BearerOf(exchange.Header("Authorization")).empty();
+  if (!is_vouched_for && !IsHostOfOurs(host, names)) {
+    return Refusal(
+        421, absl::StatusCode::kPermissionDenied,
+        absl::StrCat("Host: this is no name of this server; ask by its address, ",
+                     options.tokens_vouch ? "show a token, " : "", "or give weftd --console-host"));
   }
   const std::string origin = exchange.Header("Origin");
   // Browsers send it with everything that changes something, and with WebSockets.
@@ -154,7 +156,7 @@ class HttpListener::Impl {
       tls_names_ = NamesOfCertificate(options_.tls.certificate);
     }
     if (!tls.ok())
-      spdlog::warn("the console keeps its old certificate: {}", std::string(tls.status().message()));
+      spdlog::warn("{} keeps its old certificate: {}", options_.name, std::string(tls.status().message()));
     return tls_;
   }
 
@@ -199,8 +201,8 @@ class HttpListener::Impl {
     constexpr std::chrono::seconds kQuiet{10};
     if (now - warned_ < kQuiet) return;
     warned_ = now;
-    spdlog::warn("console: connections of {} are refused: it makes too many, or leaves requests unfinished",
-                 peer);
+    spdlog::warn("{}: connections of {} are refused: it makes too many, or leaves requests unfinished",
+                 options_.name, peer);
   }
 
   asio::awaitable<void> Accept() {
@@ -239,7 +241,7 @@ class HttpListener::Impl {
         co_await Requests(stream, guest);
       }
     } catch (const std::exception& failure) {
-      spdlog::warn("console: {}", failure.what());
+      spdlog::warn("{}: {}", options_.name, failure.what());
     }
     Leave(guest);
   }
@@ -284,6 +286,7 @@ class HttpListener::Impl {
     exchange.uses_tls =
         options_.uses_tls || absl::EqualsIgnoreCase(exchange.Header("X-Forwarded-Proto"), "https");
     exchange.is_upgrade = beast::websocket::is_upgrade(request);
+    exchange.has_body = !parser.is_done();
     absl::StatusOr<RequestTarget> target = ParseTarget({request.target().data(), request.target().size()});
     if (!target.ok()) {
       co_await exchange.Send(Refusal(400, target.status().code(), std::string(target.status().message())));
@@ -319,6 +322,16 @@ absl::StatusOr<std::unique_ptr<HttpListener>> HttpListener::Start(UniqueFd socke
   auto impl = std::make_unique<Impl>(std::move(options), std::move(handler));
   WEFT_RETURN_IF_ERROR(impl->Begin(std::move(socket)));
   return std::unique_ptr<HttpListener>(new HttpListener(std::move(impl)));
+}
+
+HttpListener::Handler HttpListener::Answering(std::function<HttpReply(HttpExchange& exchange)> answer) {
+  return [answer = std::move(answer)](HttpExchange& exchange) -> asio::awaitable<void> {
+    if (exchange.has_body) co_return;
+    const bool reads = exchange.method == "GET" || exchange.method == "HEAD";
+    HttpReply reply =
+        reads ? answer(exchange) : HttpReply{405, "text/plain; charset=utf-8", "GET and HEAD are answered\n"};
+    co_await exchange.Send(std::move(reply));
+  };
 }
 
 HttpListener::HttpListener(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -1,4 +1,4 @@
-// HTTP/1.1 and WebSockets for many browsers by a few threads.
+// HTTP/1.1 and WebSockets for browsers and programs by a few threads.
 #pragma once
 
 #include "services/server/console/awaitable.h"
@@ -18,8 +18,10 @@
 namespace weft {
 
 struct HttpListenerOptions {
+  std::string name = "console";         // in the log
   std::vector<std::string> host_names;  // as those of IsHostOfOurs, besides those of the certificate
-  TlsFiles tls;                         // read again when they change
+  bool tokens_vouch = false;  // any Host will do with a token, which no foreign site's page can show
+  TlsFiles tls;               // read again when they change
   bool uses_tls = false;
   DoorLimits door;
   std::chrono::seconds patience{15};  // with a body that does not end, and an answer that is not taken
@@ -37,6 +39,8 @@ struct HttpListenerOptions {
 class HttpListener {
  public:
   using Handler = std::function<boost::asio::awaitable<void>(HttpExchange& exchange)>;
+  // For answers that wait for nothing. Methods besides GET and HEAD are refused; a body ends the connection.
+  static Handler Answering(std::function<HttpReply(HttpExchange& exchange)> answer);
 
   // `socket` listens already. InvalidArgument: certificate or key are none; errors of ReadWholeFile.
   static absl::StatusOr<std::unique_ptr<HttpListener>> Start(UniqueFd socket, HttpListenerOptions options,

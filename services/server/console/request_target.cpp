@@ -1,6 +1,11 @@
 #include "services/server/console/request_target.h"
 
+#include <arpa/inet.h>
+
+#include <algorithm>
+
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
@@ -35,6 +40,21 @@ std::optional<std::string> Decoded(absl::string_view text, bool plus_is_space) {
     decoded.push_back(next);
   }
   return decoded;
+}
+
+bool IsAddress(const std::string& text) {
+  in6_addr ignored = {};
+  return inet_pton(AF_INET, text.c_str(), &ignored) == 1 || inet_pton(AF_INET6, text.c_str(), &ignored) == 1;
+}
+
+// The host of HOST or HOST:PORT, without brackets.
+std::string WithoutPort(const std::string& host) {
+  if (absl::StartsWith(host, "[")) {
+    const size_t end = host.find(']');
+    const bool has_end = end != std::string::npos && (end + 1 == host.size() || host[end + 1] == ':');
+    return has_end ? host.substr(1, end - 1) : "";
+  }
+  return host.substr(0, host.find(':'));
 }
 
 bool IsPlainPath(std::string_view path) {
@@ -79,6 +99,23 @@ std::string CookieValue(std::string_view header, std::string_view name) {
     found = std::string(parts.second);
   }
   return found;
+}
+
+std::string BearerOf(std::string_view header) {
+  constexpr absl::string_view kScheme = "bearer ";
+  const bool is_bearer = absl::StartsWithIgnoreCase(View(header), kScheme);
+  return is_bearer ? std::string(header.substr(kScheme.size())) : "";
+}
+
+bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names) {
+  const std::string name = absl::AsciiStrToLower(WithoutPort(host));
+  const size_t dot = std::min(name.find('.'), name.size());
+  const std::string any_step = dot == 0 || dot == name.size() ? name : "*" + name.substr(dot);
+  return name == "localhost" || IsAddress(name) ||
+         std::any_of(names.begin(), names.end(), [&](const std::string& ours) {
+           const std::string lower = absl::AsciiStrToLower(ours);
+           return lower == name || lower == any_step;
+         });
 }
 
 std::optional<ByteRange> ParseRange(std::string_view text) {

@@ -24,6 +24,13 @@ absl::StatusOr<RequestTarget> ParseTarget(std::string_view text);
 // The value of a cookie in a Cookie header (RFC 6265); empty: there is none, or there are several.
 std::string CookieValue(std::string_view header, std::string_view name);
 
+// The token of "Bearer TOKEN" in an Authorization header (RFC 6750); empty: there is none.
+std::string BearerOf(std::string_view header);
+
+// Whether a browser may ask under this Host: localhost, an address, or one of the names, with any port.
+// "*.studio.example" stands for every name with one step more (RFC 6125, 6.4.3).
+bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names);
+
 struct ByteRange {
   int64_t first = 0;
   std::optional<int64_t> last;  // none: to the end

@@ -112,9 +112,9 @@ absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(options.metrics_listen));
   WEFT_ASSIGN_OR_RETURN(ListeningSocket socket, ListenAt(address));
   metrics_address_ = socket.address;
-  WEFT_ASSIGN_OR_RETURN(auto page, MetricsPage::Start(std::move(socket), options.tls,
-                                                      {*parts_->metrics, *parts_->access, *parts_->audit,
-                                                       options.console_hosts}));
+  WEFT_ASSIGN_OR_RETURN(auto page, ServeMetricsPage(std::move(socket), options.tls,
+                                                    {*parts_->metrics, *parts_->access, *parts_->audit,
+                                                     options.console_hosts}));
   parts_->metrics_page = std::move(page);
   return absl::OkStatus();
 }

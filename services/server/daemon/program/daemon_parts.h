@@ -57,8 +57,8 @@ struct Daemon::Parts {
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<HealthWatch> health;
   std::unique_ptr<Metrics> metrics;
-  std::unique_ptr<MetricsPage> metrics_page;  // null: nobody asked for one
-  std::unique_ptr<Console> console;           // null: the same
+  std::unique_ptr<HttpListener> metrics_page;  // null: nobody asked for one
+  std::unique_ptr<Console> console;            // null: the same
   std::once_flag stopped;
 };
 

@@ -59,5 +59,22 @@ TEST(ParseSocketOrder, HasANumberAMethodAndARequest) {
     EXPECT_FALSE(ParseSocketOrder(text).ok()) << text;
 }
 
+TEST(BearerOf, FindsTheTokenOfItsSchemeAlone) {
+  EXPECT_EQ(BearerOf("Bearer abc"), "abc");
+  EXPECT_EQ(BearerOf("bearer abc"), "abc");
+  for (const char* header : {"", "Bearer ", "Basic abc", "abc"}) EXPECT_EQ(BearerOf(header), "") << header;
+}
+
+TEST(IsHostOfOurs, ComparesNamesAsCertificatesDo) {
+  const std::vector<std::string> names = {"vm.Studio.example", "*.farm.example"};
+  for (const char* ours :
+       {"localhost", "127.0.0.1:80", "[::1]:80", "VM.studio.example:7512", "a.farm.example"})
+    EXPECT_TRUE(IsHostOfOurs(ours, names)) << ours;
+  for (const char* foreign : {"", "vm", "studio.example", "farm.example", "a.b.farm.example", ".farm.example",
+                              "vm.studio.example.evil.example", "*.farm.example.evil.example",
+                              "[::1].evil.example", "[::1", "127.evil.example", "127.0.0.1.evil.example"})
+    EXPECT_FALSE(IsHostOfOurs(foreign, names)) << foreign;
+}
+
 }  // namespace
 }  // namespace weft
