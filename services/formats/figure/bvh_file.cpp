@@ -1,7 +1,6 @@
 #include "services/formats/figure/bvh_file.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include "services/formats/figure/motion_file.h"
 
-#include <cmath>
 #include <cstdint>
 
 #include "absl/strings/str_cat.h"

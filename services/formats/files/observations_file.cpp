@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
-#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"

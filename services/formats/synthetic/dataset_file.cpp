@@ -1,9 +1,7 @@
 #include "services/formats/synthetic/dataset_file.h"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"

@@ -1,8 +1,6 @@
 #include "services/formats/synthetic/dataset_writer.h"
 
 #include <filesystem>
-#include <optional>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"

@@ -1,5 +1,4 @@
 // A comparison as weft.v1.Comparison.
-#include <cmath>
 
 #include "services/formats/files/json_file.h"
 #include "services/results/evaluation/comparison_text.h"

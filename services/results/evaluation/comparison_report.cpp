@@ -1,6 +1,5 @@
 #include "services/results/evaluation/comparison_report.h"
 
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>

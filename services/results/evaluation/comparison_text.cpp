@@ -1,7 +1,6 @@
 #include "services/results/evaluation/comparison_text.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -1,7 +1,6 @@
 #include "services/results/export/export_overlays.h"
 
 #include <filesystem>
-#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"

@@ -11,7 +11,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
-#include "capture/file/checksum.h"
 #include "capture/take/frame_range.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"

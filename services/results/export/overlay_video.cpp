@@ -1,8 +1,5 @@
 // Overlays as a video per camera.
-#include <algorithm>
 #include <filesystem>
-#include <optional>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -1,6 +1,5 @@
 // Point caches: MDD of LightWave (big-endian, with times) and PC2 of Maya and 3ds Max (little-endian).
 #include <bit>
-#include <cstring>
 
 #include "services/results/export/sequence_writer.h"
 

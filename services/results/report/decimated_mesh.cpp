@@ -2,8 +2,6 @@
 
 #include <meshoptimizer.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "absl/strings/str_cat.h"

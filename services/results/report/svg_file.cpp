@@ -1,6 +1,5 @@
 #include "services/results/report/svg_file.h"
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/results/report/html_text.h"
 

@@ -4,7 +4,6 @@
 #include <chrono>
 
 #include "absl/strings/str_cat.h"
-#include "services/server/callers/owners.h"
 #include "services/server/rpc/retry_after.h"
 
 namespace weft {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "absl/strings/escaping.h"
-#include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"

@@ -14,7 +14,6 @@
 #include "absl/strings/str_cat.h"
 #include "base/loopback.h"
 #include "base/status_macros.h"
-#include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 
 namespace weft {

@@ -1,7 +1,6 @@
 #include "services/server/retention/seen_time.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <utility>
 
 namespace weft {

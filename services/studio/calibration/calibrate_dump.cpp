@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
 #include "base/mutex.h"

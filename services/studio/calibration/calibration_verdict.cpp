@@ -1,5 +1,4 @@
 // What a calibration and a refinement are worth.
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"

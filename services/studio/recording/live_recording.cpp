@@ -1,6 +1,5 @@
 #include "services/studio/recording/live_recording.h"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>

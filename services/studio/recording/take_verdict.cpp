@@ -4,9 +4,7 @@
 
 #include <algorithm>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "capture/take/take_files.h"
 #include "capture/take/take_writer.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/recording/loss_verdict.h"

@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "base/status_macros.h"
 

@@ -4,10 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
 #include "base/status_macros.h"
 #include "services/studio/video/frame_times.h"
 #include "services/studio/video/video_program.h"

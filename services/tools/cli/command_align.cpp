@@ -2,7 +2,6 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>

@@ -1,13 +1,10 @@
 // weft body: the sizes of the person who wears a garment of `weft simulate`.
 #include <array>
 #include <cstdio>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status_macros.h"
 #include "figure/body.h"

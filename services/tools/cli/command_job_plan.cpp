@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <system_error>
 
@@ -18,7 +17,6 @@
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/progress.h"
-#include "services/work/pipeline/output_folder.h"
 #include "services/work/plan/job_plan.h"
 
 namespace weft {

@@ -1,7 +1,6 @@
 // weft library: rigs, boards, templates, dumps and avatars in the library of a daemon.
 #include <cstdio>
 #include <memory>
-#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <memory>
 
-#include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/ground/process/command_option.h"

@@ -1,5 +1,4 @@
 // weft take export, trim: takes into other recordings, and parts of takes.
-#include <cstdio>
 #include <memory>
 #include <string>
 

@@ -15,7 +15,6 @@
 #include "services/studio/recording/take_words.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
-#include "services/tools/cli/take_text.h"
 #include "services/tools/client/take_client.h"
 
 namespace weft {

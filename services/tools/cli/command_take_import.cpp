@@ -1,7 +1,6 @@
 // weft take import: takes from folders of images and from videos.
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>

@@ -1,11 +1,9 @@
 // weft template build: a garment's template from recordings or clouds of it.
 #include <tbb/task_arena.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"

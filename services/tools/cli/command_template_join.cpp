@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "alignment/joint_template.h"
 #include "alignment/template_check.h"
 #include "base/status_macros.h"

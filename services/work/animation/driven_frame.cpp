@@ -1,6 +1,5 @@
 #include "services/work/animation/driven_frame.h"
 
-#include <algorithm>
 #include <map>
 #include <utility>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "services/work/animation/driving_trials.h"
 
-#include <memory>
 #include <utility>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include "services/work/animation/pixel_samples.h"
 
-#include <optional>
 #include <utility>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include "services/work/animation/truth_views.h"
 
 #include <Eigen/Geometry>
-#include <utility>
 
 #include "alignment/ray_scene.h"
 #include "base/status_macros.h"

@@ -1,6 +1,5 @@
 #include "services/work/job/split_job.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 

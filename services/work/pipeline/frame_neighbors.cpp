@@ -1,7 +1,5 @@
 #include "services/work/pipeline/frame_neighbors.h"
 
-#include <utility>
-
 #include "absl/strings/str_cat.h"
 #include "services/formats/options/presets.h"
 #include "services/work/pipeline/stage_keys.h"

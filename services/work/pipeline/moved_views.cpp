@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <memory>
 #include <optional>
 #include <utility>
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <utility>
 
 #include "alignment/placement.h"
 #include "base/status_macros.h"

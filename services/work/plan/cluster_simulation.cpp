@@ -5,7 +5,6 @@
 #include <deque>
 #include <limits>
 #include <set>
-#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"

@@ -4,7 +4,6 @@
 #include <condition_variable>
 #include <memory>
 #include <numeric>
-#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "base/mutex.h"

@@ -3,10 +3,8 @@
 #include <exception>
 #include <new>
 #include <string>
-#include <utility>
 
 #include "absl/strings/cord.h"
-#include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/results/report/html_report.h"

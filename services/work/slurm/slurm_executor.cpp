@@ -1,7 +1,6 @@
 #include "services/work/slurm/slurm_executor.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <limits>
 #include <random>
 

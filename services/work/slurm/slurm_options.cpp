@@ -1,7 +1,5 @@
 #include "services/work/slurm/slurm_options.h"
 
-#include <cmath>
-
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"

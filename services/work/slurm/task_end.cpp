@@ -1,7 +1,5 @@
 #include "services/work/slurm/task_end.h"
 
-#include <algorithm>
-
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/ground/process/exit_status.h"

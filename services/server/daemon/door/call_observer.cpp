@@ -8,7 +8,6 @@
 #include "services/server/access/audit_fields.h"
 #include "services/server/daemon/door/call_identity.h"
 #include "services/server/rpc/grpc_status.h"
-#include "services/server/rpc/service_files.h"
 
 namespace weft {
 namespace {

@@ -2,11 +2,9 @@
 
 #include <google/protobuf/text_format.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "absl/strings/escaping.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"

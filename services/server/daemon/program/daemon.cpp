@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <thread>
 
 #include "absl/strings/match.h"
@@ -15,7 +14,6 @@
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "base/status_macros.h"
-#include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/holder_record.h"
 #include "services/ground/confinement/confinement.h"

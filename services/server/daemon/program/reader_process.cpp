@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "absl/cleanup/cleanup.h"

@@ -9,7 +9,6 @@
 #include <memory>
 #include <utility>
 
-#include "absl/strings/match.h"
 #include "base/mutex.h"
 #include "capture/file/plain_text.h"
 #include "services/server/daemon/door/listen_address.h"

@@ -8,10 +8,8 @@
 #include <random>
 #include <set>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"

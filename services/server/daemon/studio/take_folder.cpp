@@ -5,13 +5,10 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/daemon/calls/request_check.h"
 #include "services/studio/recorder/recorder_files.h"
-#include "services/studio/recording/session_file.h"
 #include "services/studio/recording/take_description.h"
 #include "services/studio/recording/take_file.h"
 
