@@ -52,24 +52,9 @@ void Describe(const LiveRecordingState& live, v1::RecorderState& state) {
   for (size_t i = 0; i < live.cameras.size(); ++i) {
     v1::RecorderCamera& camera = *state.mutable_cameras(static_cast<int>(i));
     const LiveCameraState& of = live.cameras[i];
-    camera.set_frames_received(of.receiver.frames);
-    camera.set_frames_lost(of.frames_lost);
-    camera.set_packets_resent(of.receiver.packets_resent);
-    camera.set_packets_missing(of.receiver.packets_missing);
-    camera.set_disconnections(of.disconnections);
-    camera.set_reconnections(of.reconnections);
+    of.DescribeTo(camera);
     camera.set_is_away(of.is_away);
   }
-}
-
-// Its warnings; nothing is measured where the request forbids it or the rate is unknown.
-absl::StatusOr<std::vector<std::string>> TestDiskOf(const std::string& folder,
-                                                    const std::vector<std::unique_ptr<CameraSource>>& cameras,
-                                                    const LiveRecordingOptions& recording) {
-  const std::optional<double> rate = DataRate_bytes_per_s(cameras, recording);
-  if (!rate) return std::vector<std::string>();
-  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed, MeasureDiskSpeed(folder, DiskTestBytes(*rate)));
-  return AssessDisk(speed, *rate, recording);
 }
 
 // Room on the disk for the last state, which says why a take ended on a full one.
@@ -93,12 +78,8 @@ absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1
   for (const auto& camera : cameras) state.add_cameras()->set_id(camera->camera_id());
   for (const std::string& warning : ClockWarnings(cameras)) state.add_warnings(warning);
   if (!request.no_disk_test()) {
-    const absl::StatusOr<std::vector<std::string>> warnings = TestDiskOf(folder, cameras, recording);
-    if (!warnings.ok()) {
-      return absl::Status(warnings.status().code(), absl::StrCat(folder, ": ", warnings.status().message(),
-                                                                 "; no_disk_test records all the same"));
-    }
-    for (const std::string& warning : *warnings) state.add_warnings(warning);
+    WEFT_ASSIGN_OR_RETURN(const auto warnings, TestDisk(folder, cameras, recording, "no_disk_test"));
+    for (const std::string& warning : warnings) state.add_warnings(warning);
   }
   Stopwatch shown;
   const auto show = [&](const LiveRecordingState& live) {

@@ -6,6 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 
 namespace weft {
 namespace {
@@ -70,6 +71,19 @@ absl::StatusOr<std::vector<std::string>> AssessDisk(const DiskSpeed& speed, doub
                         free_bytes / bytes_per_s, options.seconds));
   }
   return warnings;
+}
+
+absl::StatusOr<std::vector<std::string>> TestDisk(const std::string& folder,
+                                                  const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                                                  const LiveRecordingOptions& options,
+                                                  const std::string& no_test) {
+  const std::optional<double> rate = DataRate_bytes_per_s(cameras, options);
+  if (!rate) return std::vector<std::string>();
+  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed, MeasureDiskSpeed(folder, DiskTestBytes(*rate)));
+  absl::StatusOr<std::vector<std::string>> warnings = AssessDisk(speed, *rate, options);
+  if (warnings.ok()) return warnings;
+  return absl::Status(warnings.status().code(), absl::StrCat(folder, ": ", warnings.status().message(), "; ",
+                                                             no_test, " records all the same"));
 }
 
 }  // namespace weft

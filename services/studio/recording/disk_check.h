@@ -28,4 +28,11 @@ uint64_t DiskTestBytes(double bytes_per_s);
 absl::StatusOr<std::vector<std::string>> AssessDisk(const DiskSpeed& speed, double bytes_per_s,
                                                     const LiveRecordingOptions& options);
 
+// The same of a test in `folder`; no warnings where the cameras' rate is unknown. `no_test` is what records
+// all the same, for whoever reads the error. Errors of MeasureDiskSpeed besides.
+absl::StatusOr<std::vector<std::string>> TestDisk(const std::string& folder,
+                                                  const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                                                  const LiveRecordingOptions& options,
+                                                  const std::string& no_test);
+
 }  // namespace weft

@@ -284,22 +284,9 @@ class LiveTake {
 
 void Summarize(const std::vector<LiveCameraState>& cameras, const RecorderCounters& counters,
                v1::Take& take) {
-  take.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
-  take.set_stop_cause(counters.stop_cause);
-  take.set_ended_host_time_ns(HostTime_ns());
-  take.set_sets_recorded(counters.sets_recorded);
-  take.set_sets_dropped(counters.sets_dropped);
-  take.set_frames_missing(counters.frames_missing);
-  for (size_t i = 0; i < cameras.size(); ++i) {
-    const LiveCameraState& of = cameras[i];
-    v1::TakeCamera& camera = *take.mutable_cameras(static_cast<int>(i));
-    camera.set_frames_received(of.receiver.frames);
-    camera.set_frames_lost(of.frames_lost);
-    camera.set_packets_resent(of.receiver.packets_resent);
-    camera.set_packets_missing(of.receiver.packets_missing);
-    camera.set_disconnections(of.disconnections);
-    camera.set_reconnections(of.reconnections);
-  }
+  SetOutcome(counters, take);
+  for (size_t i = 0; i < cameras.size(); ++i)
+    cameras[i].DescribeTo(*take.mutable_cameras(static_cast<int>(i)));
 }
 
 }  // namespace

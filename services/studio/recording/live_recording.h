@@ -32,6 +32,17 @@ struct LiveCameraState {
   uint64_t frames_lost = 0;  // triggers that ended without a frame of it, whatever the cause
   uint64_t disconnections = 0, reconnections = 0;
   bool is_away = false;  // disconnected, or it does not answer
+
+  // v1::TakeCamera, or v1::RecorderCamera.
+  template <typename Camera>
+  void DescribeTo(Camera& camera) const {
+    camera.set_frames_received(receiver.frames);
+    camera.set_frames_lost(frames_lost);
+    camera.set_packets_resent(receiver.packets_resent);
+    camera.set_packets_missing(receiver.packets_missing);
+    camera.set_disconnections(disconnections);
+    camera.set_reconnections(reconnections);
+  }
 };
 
 struct LiveRecordingState {

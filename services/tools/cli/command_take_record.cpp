@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,21 +67,14 @@ absl::Status PrintRecording(const std::string& folder, bool json) {
 }
 
 // In the folder that the take's own is made in.
-absl::Status TestDisk(const RecordCommandOptions& options,
-                      const std::vector<std::unique_ptr<CameraSource>>& cameras,
-                      const LiveRecordingOptions& recording) {
-  const std::optional<double> rate = DataRate_bytes_per_s(cameras, recording);
-  if (options.no_disk_test || !rate) return absl::OkStatus();
+absl::Status TestDiskOf(const RecordCommandOptions& options,
+                        const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                        const LiveRecordingOptions& recording) {
+  if (options.no_disk_test) return absl::OkStatus();
   std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();
   while (!std::filesystem::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
-  WEFT_ASSIGN_OR_RETURN(const DiskSpeed speed, MeasureDiskSpeed(folder.string(), DiskTestBytes(*rate)));
-  const absl::StatusOr<std::vector<std::string>> warnings = AssessDisk(speed, *rate, recording);
-  if (!warnings.ok()) {
-    return absl::Status(warnings.status().code(),
-                        absl::StrCat(folder.string(), ": ", warnings.status().message(),
-                                     "; --no-disk-test records all the same"));
-  }
-  for (const std::string& warning : *warnings) PrintWarning(absl::StrCat(folder.string(), ": ", warning));
+  WEFT_ASSIGN_OR_RETURN(const auto warnings, TestDisk(folder.string(), cameras, recording, "--no-disk-test"));
+  for (const std::string& warning : warnings) PrintWarning(absl::StrCat(folder.string(), ": ", warning));
   return absl::OkStatus();
 }
 
@@ -91,7 +83,7 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   WEFT_ASSIGN_OR_RETURN(LiveRecordingOptions recording, RecordingOptionsOf(session));
   recording.seconds = options.seconds;
   WEFT_ASSIGN_OR_RETURN(const auto cameras, OpenCameras(session));
-  WEFT_RETURN_IF_ERROR(TestDisk(options, cameras, recording));
+  WEFT_RETURN_IF_ERROR(TestDiskOf(options, cameras, recording));
   for (const std::string& warning : ClockWarnings(cameras)) PrintWarning(warning);
   WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<LivePreview> preview,
                         StartPreview(options.preview, options.out));
@@ -137,8 +129,7 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   record->add_flag("--no-disk-test", options->no_disk_test,
                    "Do not measure first whether the disk keeps up with the cameras");
   record->add_flag("--json", options->json, "Print JSON (weft.v1.TakeInfo)");
-  record->callback(
-      [options, &line] { line.run = [options, &line] { return Record(*options, line.quiet); }; });
+  RunWith(*record, line, options, Record);
 }
 
 }  // namespace weft
