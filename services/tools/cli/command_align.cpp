@@ -21,7 +21,6 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/garment_parts_file.h"
-#include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/obj_file.h"
 #include "services/formats/files/template_file.h"
@@ -32,6 +31,7 @@
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/work/pipeline/stage_reports.h"
 #include "weft/v1/command.pb.h"
@@ -217,12 +217,8 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   report.set_align_ms(align_ms);
   *report.mutable_options() = pipeline.message;
   if (!options.scan.empty()) WarnOfScan(options.scan, report.mesh().scan());
-  if (!options.json) {
-    PrintReport(report);
-    return absl::OkStatus();
-  }
-  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(report));
-  std::fputs(json.c_str(), stdout);
+  if (options.json) return PrintJsonMessage(report);
+  PrintReport(report);
   return absl::OkStatus();
 }
 
@@ -260,8 +256,7 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
   AddOption(*command, "--threads N", options->threads, "Threads to use; 0 for all cores",
             CLI::Range(0, 4096));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.AlignReport)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return AlignCloud(*options, line.quiet); }; });
+  RunWith(*command, line, options, AlignCloud);
 }
 
 }  // namespace weft

@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +31,8 @@ namespace weft {
 namespace {
 
 struct DriveOptions {
-  std::string dump, rig, board, garment, avatar, out, frames, mosaic;
+  v1::RegistrationSpec spec;  // its paths, its frames, and the avatar
+  std::string mosaic;
   std::vector<std::string> cameras;
   double fps = 0;
   PipelineFlags pipeline;
@@ -50,16 +50,9 @@ struct DriveOptions {
 absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   const std::vector<std::string> stages = {"decode"};
   WEFT_ASSIGN_OR_RETURN(const v1::PipelineOptions changes, ChangesOf(options.pipeline, stages));
-  v1::RegistrationSpec spec;
-  spec.set_dump(options.dump);
-  spec.set_rig(options.rig);
-  spec.set_board(options.board);
-  spec.set_garment(options.garment);
-  spec.set_out(options.out);
-  spec.set_frames(options.frames);
+  v1::RegistrationSpec spec = options.spec;
   if (options.live && !options.server.empty()) spec.set_live_every(1);
   v1::DrivingSpec& driving = *spec.mutable_driving();
-  driving.set_avatar(options.avatar);
   driving.mutable_cameras()->Add(options.cameras.begin(), options.cameras.end());
   driving.set_fps(options.fps);
   v1::RegistrationOptions asked;
@@ -72,8 +65,9 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
 }
 
 ConfinedFiles DriveFilesOf(const DriveOptions& options) {
-  return {.readable = {options.dump, options.rig, options.board, options.garment, options.avatar},
-          .writable = {options.out}};
+  const v1::RegistrationSpec& spec = options.spec;
+  return {.readable = {spec.dump(), spec.rig(), spec.board(), spec.garment(), spec.driving().avatar()},
+          .writable = {spec.out()}};
 }
 
 // What a live run tells while it goes: a line on a terminal, and one for each frame that failed.
@@ -131,14 +125,10 @@ absl::StatusOr<v1::Job> RunAll(const DriveOptions& options, const v1::Registrati
 absl::StatusOr<v1::Job> DriveAtDaemon(const DriveOptions& options, const v1::RegistrationSpec& spec,
                                       bool quiet, const std::stop_token& stop) {
   JobView view(quiet);
-  std::optional<Progress> fetching;
+  StageBars bars(quiet);
   return RegisterRemotely(
       options.server, spec, options.priority, [&view](const v1::JobUpdate& update) { view.Show(update); },
-      [&](size_t done, size_t total) {
-        if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
-        fetching->Set(done, total);
-      },
-      stop);
+      [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); }, stop);
 }
 
 absl::Status CheckPlace(const DriveOptions& options) {
@@ -175,24 +165,27 @@ absl::Status Drive(const DriveOptions& options, bool quiet) {
     if (const std::string note = DrivenSigmaNote(job); !note.empty())
       std::printf("note     %s\n", note.c_str());
     if (job.driven().has_live()) std::printf("live     %s\n", LiveDrivingText(job.driven().live()).c_str());
-    std::printf("results  %s\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
+    std::printf("results  %s\nreport   %s/report.html\n", options.spec.out().c_str(),
+                options.spec.out().c_str());
   }
   return OutcomeOf(job);
 }
 
 // The order of these functions is that of the help.
 void AddDriveInputs(CLI::App& command, DriveOptions& options) {
-  AddRequired(command, "dump DUMP", options.dump, "Folder of images, or a recorded take");
-  AddRequired(command, "--avatar DIR", options.avatar, "The garment's avatar, of `weft avatar train`");
-  AddRequired(command, "--rig FILE", options.rig, "The cameras, rig.json");
-  AddRequired(command, "--board FILE", options.board, "The printed board, board.json or board.png");
-  AddRequired(command, "--template DIR", options.garment,
+  v1::RegistrationSpec& spec = options.spec;
+  AddRequired(command, "dump DUMP", *spec.mutable_dump(), "Folder of images, or a recorded take");
+  AddRequired(command, "--avatar DIR", *spec.mutable_driving()->mutable_avatar(),
+              "The garment's avatar, of `weft avatar train`");
+  AddRequired(command, "--rig FILE", *spec.mutable_rig(), "The cameras, rig.json");
+  AddRequired(command, "--board FILE", *spec.mutable_board(), "The printed board, board.json or board.png");
+  AddRequired(command, "--template DIR", *spec.mutable_garment(),
               "Folder of the template that the avatar was trained with");
-  AddRequired(command, "--out DIR", options.out, "Folder for the results, made where it is missing");
+  AddRequired(command, "--out DIR", *spec.mutable_out(), "Folder for the results, made where it is missing");
   AddOption(command, "--cameras NAME,NAME", options.cameras, "Use these cameras of the rig alone, by name")
       ->delimiter(',')
       ->allow_extra_args(false);
-  AddFramesOption(command, options.frames, "Which frames of the dump, all by default");
+  AddFramesOption(command, *spec.mutable_frames(), "Which frames of the dump, all by default");
   AddMosaicOption(command, options.mosaic);
   AddPipelineFlags(command, options.pipeline);
   command.add_flag("--observations", options.observations, "Write <frame>/observations.csv as well");

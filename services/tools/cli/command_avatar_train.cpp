@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -37,17 +36,9 @@ struct TrainOptions {
 // A bar for each stage, and a line where a net was tried on frames that were held out.
 class TrainingView {
  public:
-  explicit TrainingView(bool quiet) : quiet_(quiet), visible_(ProgressVisible(quiet)) {}
+  explicit TrainingView(bool quiet) : quiet_(quiet), bars_(quiet) {}
 
-  void Show(std::string_view stage, double share) {
-    constexpr uint64_t kSteps = 1000;
-    if (stage_ != stage) {
-      stage_ = stage;
-      progress_.reset();
-      progress_.emplace(stage_, kSteps, visible_, ProgressUnit::kPercent);
-    }
-    progress_->Set(static_cast<uint64_t>(share * kSteps), kSteps);
-  }
+  void Show(std::string_view stage, double share) { bars_.SetShare(std::string(stage), share); }
   void Show(const v1::NetTrainingProgress& now, const char* stage) {
     Show(stage, now.share());
     if (quiet_ || now.held_out().empty()) return;
@@ -56,13 +47,12 @@ class TrainingView {
       absl::StrAppendFormat(&line, "  %s%.3f mm, %.3f with it",
                             gain.cameras() > 0 ? absl::StrCat(gain.cameras(), " cameras ") : "",
                             gain.before_mm(), gain.after_mm());
-    progress_->PrintLine(line);
+    bars_.PrintLine(line);
   }
 
  private:
-  const bool quiet_, visible_;
-  std::string stage_;
-  std::optional<Progress> progress_;
+  const bool quiet_;
+  StageBars bars_;
 };
 
 NetTrainer TrainerThatShows(TrainingView& view) {

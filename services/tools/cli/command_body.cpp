@@ -98,7 +98,7 @@ void AddBodyCommand(CLI::App& app, CommandLine& line) {
   }
   AddOption(*make, "--id NAME", options->id, "What the body is called");
   AddRequired(*make, "--out FILE", options->out, "The file to write, NAME.body");
-  make->callback([options, &line] { line.run = [options] { return MakeBodyFile(*options); }; });
+  RunWith(*make, line, options, MakeBodyFile);
 
   CLI::App* show =
       AddCommand(*body, "show", "Show the sizes of a body.", "  weft body show anna.body --mesh anna.ply");

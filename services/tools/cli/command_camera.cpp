@@ -47,7 +47,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
   AddServerOption(*list, options->server, "The cameras of the daemon at HOST:PORT, and who uses them");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
-  list->callback([options, &line] { line.run = [options] { return PrintCameras(*options); }; });
+  RunWith(*list, line, options, PrintCameras);
   AddCameraLookCommand(*camera, line);
   AddCameraFakeCommand(*camera, line);
 }

@@ -170,7 +170,7 @@ void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
   AddOption(*fake, "--rig FILE", options->rig, "rig.json of that dump; without it, rig.json in the dump");
   AddOption(*fake, "--session FILE", options->session, "File to write");
   options->guard.AddTo(*fake);
-  fake->callback([options, &line] { line.run = [options] { return Serve(*options); }; });
+  RunWith(*fake, line, options, Serve);
 }
 
 }  // namespace weft

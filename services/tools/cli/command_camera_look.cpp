@@ -98,7 +98,7 @@ void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
   AddOption(*look, "--out DIR", options->out, "Folder for the pictures, <camera>.jpg");
   look->add_flag("--json", options->json,
                  "Print JSON (weft.v1.CameraLook), one per camera, with all settings");
-  look->callback([options, &line] { line.run = [options] { return LookAtCameras(*options); }; });
+  RunWith(*look, line, options, LookAtCameras);
 }
 
 }  // namespace weft

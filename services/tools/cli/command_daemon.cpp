@@ -140,7 +140,7 @@ void AddRetention(CLI::App& group, CommandLine& line) {
   add("--least-trash-hours", options->least_trash_hours, "HOURS", "The same");
   add("--keep-uploads-days", options->keep_uploads_days, "DAYS", "The same");
   add("--keep-notices-days", options->keep_notices_days, "DAYS", "The same");
-  retention->callback([options, &line] { line.run = [options] { return RunRetention(*options); }; });
+  RunWith(*retention, line, options, RunRetention);
 }
 
 }  // namespace
@@ -158,8 +158,7 @@ void AddDaemonCommand(CLI::App& app, CommandLine& line) {
       "  weft daemon drain --jobs --server 127.0.0.1:7411");
   AddServerOption(*drain, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
   drain->add_flag("--jobs", options->finish_jobs, "Let all jobs end first");
-  drain->callback(
-      [options, &line] { line.run = [options, &line] { return RunDrain(*options, line.quiet); }; });
+  RunWith(*drain, line, options, RunDrain);
   AddRetention(*group, line);
 }
 

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -39,18 +38,16 @@ absl::Status MakeDatasetFolder(const DatasetMakeOptions& options, bool quiet) {
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
   const StopOnSignal stop;  // before the first thread
   const Stopwatch watch;
-  const bool visible = ProgressVisible(quiet);
-  std::string shown;
-  std::optional<Progress> progress;
-  const absl::StatusOr<DatasetSummary> summary = MakeDataset(
-      preset, options.out, options.minutes,
-      [&](const std::string& take, int done, int frames) {
-        if (shown != take)
-          progress.reset(), progress.emplace(take, static_cast<uint64_t>(frames), visible), shown = take;
-        progress->Set(static_cast<uint64_t>(done), static_cast<uint64_t>(frames));
-      },
-      stop.token());
-  progress.reset();
+  absl::StatusOr<DatasetSummary> summary;
+  {
+    StageBars bars(quiet);
+    summary = MakeDataset(
+        preset, options.out, options.minutes,
+        [&](const std::string& take, int done, int frames) {
+          bars.Set(take, static_cast<uint64_t>(done), static_cast<uint64_t>(frames));
+        },
+        stop.token());
+  }
   if (!summary.ok()) return summary.status();
   std::printf("%s: %d of %d takes are complete, %d frames; %.1f s\n", options.out.c_str(), summary->complete,
               summary->takes, summary->frames, watch.Seconds());
@@ -153,14 +150,13 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
   AddOption(*make, "--minutes MIN", options->minutes, "Stop after this time; 0 for none",
             CLI::Range(0.0, 1e6));
   AddOption(*make, "--threads N", options->threads, "Threads to use; 0 for all", CLI::Range(0, 4096));
-  make->callback(
-      [options, &line] { line.run = [options, &line] { return MakeDatasetFolder(*options, line.quiet); }; });
+  RunWith(*make, line, options, MakeDatasetFolder);
 
   CLI::App* list =
       AddCommand(*dataset, "list", "List the takes of a set.", "  weft dataset list shirt-drive");
   auto name = std::make_shared<std::string>();
   AddRequired(*list, "set NAME", *name, DatasetsText());
-  list->callback([name, &line] { line.run = [name] { return ListDataset(*name); }; });
+  RunWith(*list, line, name, ListDataset);
 
   AddFolderCommand(*dataset, line, "info",
                    "Show what a set holds, and its chaos floor: how far two simulations of one motion come "

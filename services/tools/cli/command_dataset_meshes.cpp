@@ -139,8 +139,7 @@ void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   AddOption(*command, "--up AXIS", options->up, "The axis that points up", OneOf({"y", "z"}));
   AddOption(*command, "--unit UNIT", options->unit, "Unit of lengths", OneOf({"m", "cm", "mm"}));
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return WriteTakeMeshes(*options, line.quiet); }; });
+  RunWith(*command, line, options, WriteTakeMeshes);
 }
 
 }  // namespace weft

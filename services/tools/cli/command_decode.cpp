@@ -22,7 +22,6 @@
 #include "pattern/decoder.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
-#include "services/formats/files/json_file.h"
 #include "services/formats/files/observations_file.h"
 #include "services/formats/options/presets.h"
 #include "services/formats/verdict/grey_levels.h"
@@ -33,6 +32,7 @@
 #include "services/tools/cli/decode_inputs.h"
 #include "services/tools/cli/decode_overlay.h"
 #include "services/tools/cli/input_options.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
@@ -285,8 +285,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   *report.mutable_options() = pipeline.message;
   Assess(report);
   if (options.json) {
-    WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(report));
-    std::fputs(json.c_str(), stdout);
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
   } else if (!found.empty()) {
     if (report.verdict().grade() != v1::GRADE_GOOD) PrintVerdict(report.verdict());
     PrintTable(report);
@@ -329,8 +328,7 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
   AddOption(*command, "--threads N", options->threads, "Images at a time; 0 for all cores",
             CLI::Range(0, 4096));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.DecodeReport)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return DecodeImages(*options, line.quiet); }; });
+  RunWith(*command, line, options, DecodeImages);
 }
 
 }  // namespace weft

@@ -1,6 +1,4 @@
 // weft evaluate: how good a job's result is.
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -34,15 +32,9 @@ struct EvaluateOptions {
 };
 
 absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
-  absl::StatusOr<JobEvaluation> evaluation;
-  {
-    Progress progress("evaluate", 1, ProgressVisible(quiet));
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      evaluation =
-          EvaluateJob(options.request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
-    });
-  }
+  const absl::StatusOr<JobEvaluation> evaluation =
+      WithBar("evaluate", quiet, options.threads,
+              [&](const auto& tell) { return EvaluateJob(options.request, tell); });
   if (!evaluation.ok()) return evaluation.status();
   if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteEvaluation(options.out, *evaluation));
   if (!options.json) {
@@ -57,16 +49,11 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
 }
 
 absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
-  absl::StatusOr<JobComparison> comparison;
-  {
-    Progress progress("compare", 1, ProgressVisible(quiet));
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      comparison =
-          CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
-                      [&progress](size_t done, size_t all) { progress.Set(done, all); });
-    });
-  }
+  const absl::StatusOr<JobComparison> comparison =
+      WithBar("compare", quiet, options.threads, [&](const auto& tell) {
+        return CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
+                           tell);
+      });
   if (!comparison.ok()) return comparison.status();
   if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteComparison(options.out, *comparison));
   if (!options.json) {

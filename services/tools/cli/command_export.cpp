@@ -99,29 +99,6 @@ absl::StatusOr<TextureRequest> TextureRequestOf(const ExportCommandOptions& opti
   return request;
 }
 
-// One bar for each step.
-class ExportBars {
- public:
-  explicit ExportBars(bool quiet) : visible_(ProgressVisible(quiet)) {}
-
-  void Show(ExportStep step, size_t done, size_t all) {
-    if (step_ != step) {
-      bar_.reset();
-      bar_.emplace(step == ExportStep::kCheck     ? "check"
-                   : step == ExportStep::kTexture ? "texture"
-                                                  : "export",
-                   all, visible_);
-      step_ = step;
-    }
-    bar_->Set(done, all);
-  }
-
- private:
-  const bool visible_;
-  std::optional<ExportStep> step_;
-  std::optional<Progress> bar_;
-};
-
 std::string ExportSummaryText(const ExportCommandOptions& options, const ExportOutcome& outcome) {
   const v1::Export& manifest = outcome.manifest;
   int missing = 0, bridged = 0;
@@ -163,9 +140,12 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
 
 absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, bool quiet) {
   const StopOnSignal stop;
-  ExportBars bars(quiet);
+  StageBars bars(quiet);
   const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
-    bars.Show(step, done, all);
+    bars.Set(step == ExportStep::kCheck     ? "check"
+             : step == ExportStep::kTexture ? "texture"
+                                            : "export",
+             done, all);
   };
   const bool has_textures = options.textures.texture_px > 0 || options.textures.normal_map_px > 0;
   if (has_textures && PictureFormatOf(options.format)) {

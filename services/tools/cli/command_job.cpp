@@ -1,7 +1,6 @@
 // weft job: the jobs of a daemon.
 #include <cstdio>
 #include <memory>
-#include <optional>
 
 #include "absl/time/time.h"
 #include "base/status_macros.h"
@@ -144,11 +143,8 @@ absl::Status Fetch(RegistrationClient& client, const Context& context) {
   const bool quiet = context.quiet;
   WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Get(options.job_id));
   {
-    std::optional<Progress> bar;
-    const auto progress = [&](size_t done, size_t total) {
-      if (!bar) bar.emplace("fetch", total, ProgressVisible(quiet));
-      bar->Set(done, total);
-    };
+    StageBars bars(quiet);
+    const auto progress = [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); };
     WEFT_RETURN_IF_ERROR(FetchResults(client, job, options.out, progress, context.stop));
   }
   if (!quiet) std::printf("%s\nresults  %s\n", JobSummary(job).c_str(), options.out.c_str());

@@ -23,9 +23,10 @@ namespace weft {
 namespace {
 
 struct JobPlanOptions {
-  v1::RegistrationSpec spec;
-  std::string dump, rig, board, garment, frames, mosaic, scratch;
-  std::string preset = kDefaultPreset;
+  JobPlanOptions() { spec.mutable_options()->set_preset(kDefaultPreset); }
+
+  v1::RegistrationSpec spec;  // its paths, its frames, and all texts of its options
+  std::string scratch;
   PipelineFlags pipeline;
   PilotOptions pilot;
   PlanRequest request;
@@ -35,14 +36,7 @@ struct JobPlanOptions {
 
 absl::StatusOr<v1::RegistrationSpec> SpecToPlan(const JobPlanOptions& options) {
   WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions changes, ChangesOf(options.pipeline, RegistrationStages()));
-  v1::RegistrationSpec spec;
-  spec.set_dump(options.dump);
-  spec.set_rig(options.rig);
-  spec.set_board(options.board);
-  spec.set_garment(options.garment);
-  spec.set_frames(options.frames);
-  spec.mutable_options()->set_preset(options.preset);
-  spec.mutable_options()->set_mosaic(options.mosaic);
+  v1::RegistrationSpec spec = options.spec;
   *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
   WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions effective, EffectiveOptions(spec.options()));
   *spec.mutable_options() = std::move(effective);
@@ -120,13 +114,15 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
       "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 --compare 256 1024 "
       "--shared-mib-per-s 2000");
   auto options = std::make_shared<JobPlanOptions>();
-  AddRequired(*command, "dump DUMP", options->dump, "As of `weft register`");
-  AddRequired(*command, "--rig FILE", options->rig, "The cameras, rig.json");
-  AddRequired(*command, "--board FILE", options->board, "The printed board, board.json or board.png");
-  AddRequired(*command, "--template DIR", options->garment, "Folder of `weft template import`");
-  AddFramesOption(*command, options->frames, "Which frames the job has, all by default");
-  AddMosaicOption(*command, options->mosaic);
-  AddOption(*command, "--preset NAME", options->preset, "As of `weft register`", OneOf(PresetNames()));
+  v1::RegistrationSpec& spec = options->spec;
+  AddRequired(*command, "dump DUMP", *spec.mutable_dump(), "As of `weft register`");
+  AddRequired(*command, "--rig FILE", *spec.mutable_rig(), "The cameras, rig.json");
+  AddRequired(*command, "--board FILE", *spec.mutable_board(), "The printed board, board.json or board.png");
+  AddRequired(*command, "--template DIR", *spec.mutable_garment(), "Folder of `weft template import`");
+  AddFramesOption(*command, *spec.mutable_frames(), "Which frames the job has, all by default");
+  AddMosaicOption(*command, *spec.mutable_options()->mutable_mosaic());
+  AddOption(*command, "--preset NAME", *spec.mutable_options()->mutable_preset(), "As of `weft register`",
+            OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   AddOption(*command, "--pilot N", options->pilot.frames, "Frames to register", CLI::Range(1, 10'000));
   AddOption(*command, "--job-frames N", options->job_frames,
@@ -140,8 +136,7 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
             "Folder for the results of the pilot; best where the job's will lie, for their speed");
   AddClusterOptions(*command, options->request);
   command->add_flag("--json", options->json, "Print JSON (weft.v1.JobPlan)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return PlanJobOf(*options, line.quiet); }; });
+  RunWith(*command, line, options, PlanJobOf);
 }
 
 }  // namespace weft

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,19 @@ absl::Status CheckOut(const CLI::App& command, bool is_quiet);
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);
+
+// The command runs `run` with what was parsed, and whether --quiet was given where it asks for that.
+template <typename Options>
+void RunWith(CLI::App& command, CommandLine& line, const std::shared_ptr<Options>& options,
+             absl::Status (*run)(const Options& options)) {
+  command.callback([&line, options, run] { line.run = [options, run] { return run(*options); }; });
+}
+template <typename Options>
+void RunWith(CLI::App& command, CommandLine& line, const std::shared_ptr<Options>& options,
+             absl::Status (*run)(const Options& options, bool quiet)) {
+  command.callback(
+      [&line, options, run] { line.run = [&line, options, run] { return run(*options, line.quiet); }; });
+}
 
 // Of a value that is one of `names`. Refuses others, with the name that is nearest.
 CLI::Validator OneOf(std::vector<std::string> names);

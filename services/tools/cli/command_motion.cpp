@@ -167,8 +167,7 @@ void AddMotionImport(CLI::App& motion, CommandLine& line) {
                    "knees bend forwards and whose toes point backwards")
       ->check(OneOf({"auto", "as-named", "exchanged"}));
   AddRequired(*import_command, "--out FILE", imported->out, "The file to write, NAME.motion");
-  import_command->callback(
-      [imported, &line] { line.run = [imported] { return ImportMotionFile(*imported); }; });
+  RunWith(*import_command, line, imported, ImportMotionFile);
 }
 
 void AddMotionList(CLI::App& motion, CommandLine& line) {

@@ -111,7 +111,7 @@ void AddOptionsCommand(CLI::App& app, CommandLine& line) {
   AddPipelineFlags(*command, options->pipeline);
   auto* file = command->add_flag("--file", options->file, "Print all as a commented file for --config");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.OptionList)")->excludes(file);
-  command->callback([options, &line] { line.run = [options] { return ShowOptions(*options); }; });
+  RunWith(*command, line, options, ShowOptions);
 }
 
 }  // namespace weft

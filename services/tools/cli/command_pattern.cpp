@@ -193,7 +193,7 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
   AddRequired(*generate, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*generate);
   generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
-  generate->callback([options, &line] { line.run = [options] { return Generate(*options); }; });
+  RunWith(*generate, line, options, Generate);
 }
 
 void AddCheck(CLI::App& pattern, CommandLine& line) {
@@ -215,7 +215,7 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
             "Windows per size whose nearest other one is searched for", CLI::PositiveNumber);
   check->add_flag("--compare", options->compare, "Show a random board of this size beside it");
   check->add_flag("--json", options->json, "Print JSON");
-  check->callback([options, &line] { line.run = [options] { return CheckBoard(*options); }; });
+  RunWith(*check, line, options, CheckBoard);
 }
 
 void AddJoin(CLI::App& pattern, CommandLine& line) {
@@ -231,7 +231,7 @@ void AddJoin(CLI::App& pattern, CommandLine& line) {
       ->type_name("");
   AddRequired(*join, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*join);
-  join->callback([options, &line] { line.run = [options] { return Join(*options); }; });
+  RunWith(*join, line, options, Join);
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
       ->type_name("X Y X Y");
   AddOption(*palette, "--picture FILE.png", options->picture, "Write the table as a picture");
   palette->add_flag("--json", options->json, "Print JSON");
-  palette->callback([options, &line] { line.run = [options] { return Palette(*options); }; });
+  RunWith(*palette, line, options, Palette);
 }
 
 }  // namespace weft

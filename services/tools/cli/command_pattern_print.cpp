@@ -117,7 +117,7 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
   print->add_flag("--whole", options->whole, "The whole board, even where it has panels");
   AddOption(*print, "--dpi N", options->file.dpi, "Resolution of TIFF", CLI::PositiveNumber);
   print->add_flag("--json", options->json, "Print JSON");
-  print->callback([options, &line] { line.run = [options, &line] { return Print(*options, line.quiet); }; });
+  RunWith(*print, line, options, Print);
 }
 
 }  // namespace weft

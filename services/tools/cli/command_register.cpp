@@ -1,9 +1,6 @@
 // weft register: from a dump to registered meshes.
-#include <tbb/task_arena.h>
-
 #include <cstdio>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/status_macros.h"
-#include "services/formats/files/json_file.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
@@ -23,6 +19,7 @@
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/job_view.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
@@ -34,14 +31,12 @@ namespace weft {
 namespace {
 
 struct RegisterOptions {
-  std::string dump;
-  std::string rig;
-  std::string board;
-  std::string garment;
-  std::string out;
-  std::string frames;
-  std::string mosaic;
-  std::string preset = kDefaultPreset;
+  RegisterOptions() {
+    spec.mutable_options()->set_preset(kDefaultPreset);
+    spec.mutable_options()->set_cloud_format("ply");
+  }
+
+  v1::RegistrationSpec spec;  // its paths, its frames, and all texts of its options
   PipelineFlags pipeline;
   std::string server;
   bool detach = false;
@@ -51,9 +46,6 @@ struct RegisterOptions {
   bool observations = false;
   bool frames_alone = false;
   bool single_pass = false;
-  std::string scans;
-  std::string starts;
-  std::string cloud_format = "ply";
   bool evaluate = false;
   bool json = false;
   RegistrationLimits limits;
@@ -61,22 +53,11 @@ struct RegisterOptions {
 
 absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions changes, ChangesOf(options.pipeline, RegistrationStages()));
-  v1::RegistrationSpec spec;
-  spec.set_dump(options.dump);
-  spec.set_rig(options.rig);
-  spec.set_board(options.board);
-  spec.set_garment(options.garment);
-  spec.set_out(options.out);
-  spec.mutable_options()->set_preset(options.preset);
+  v1::RegistrationSpec spec = options.spec;
   spec.mutable_options()->set_write_observations(options.observations);
   spec.mutable_options()->set_frames_alone(options.frames_alone);
   spec.mutable_options()->set_single_pass(options.single_pass);
-  spec.mutable_options()->set_scans(options.scans);
-  spec.mutable_options()->set_starts(options.starts);
-  spec.mutable_options()->set_cloud_format(options.cloud_format);
-  spec.mutable_options()->set_mosaic(options.mosaic);
   *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
-  spec.set_frames(options.frames);
   spec.set_live_every(options.live_every);
   return spec;
 }
@@ -90,8 +71,7 @@ void PrintScans(const v1::Verdict& verdict) {
 
 absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bool quiet) {
   if (options.json) {
-    WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(job));
-    std::printf("%s", json.c_str());
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(job));
   } else if (quiet) {
     if (job.verdict().grade() > v1::GRADE_GOOD) PrintVerdict(job.verdict());
   } else {
@@ -100,7 +80,8 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     const std::string summary = JobSummary(job);
     const bool is_told = absl::StartsWith(job.verdict().reason(), summary + ",");
     std::printf("%sresults  %s\nreport   %s/report.html\n",
-                is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.out.c_str(), options.out.c_str());
+                is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.spec.out().c_str(),
+                options.spec.out().c_str());
   }
   return OutcomeOf(job);
 }
@@ -108,15 +89,11 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
 // Drift, distortion and the other measures, into the folder of the results.
 absl::Status EvaluateOutcome(const RegisterOptions& options, bool quiet) {
   EvaluationRequest request;
-  request.result = options.out;
-  absl::StatusOr<JobEvaluation> evaluation;
-  Progress progress("evaluate", 1, ProgressVisible(quiet));
-  tbb::task_arena arena(options.limits.threads > 0 ? options.limits.threads : tbb::task_arena::automatic);
-  arena.execute([&] {
-    evaluation = EvaluateJob(request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
-  });
-  if (!evaluation.ok()) return evaluation.status();
-  return WriteEvaluation(options.out, *evaluation);
+  request.result = options.spec.out();
+  WEFT_ASSIGN_OR_RETURN(const JobEvaluation evaluation,
+                        WithBar("evaluate", quiet, options.limits.threads,
+                                [&](const auto& tell) { return EvaluateJob(request, tell); }));
+  return WriteEvaluation(options.spec.out(), evaluation);
 }
 
 // Passes a job's warnings on, once.
@@ -151,11 +128,8 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::Registrati
                         .limits = options.limits},
                        show, stop);
   }
-  std::optional<Progress> fetching;
-  const auto fetched = [&](size_t done, size_t total) {
-    if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
-    fetching->Set(done, total);
-  };
+  StageBars bars(quiet);
+  const auto fetched = [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); };
   return RegisterRemotely(options.server, spec, options.priority, show, fetched, stop);
 }
 
@@ -170,9 +144,10 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
 
 // The session of a daemon's take may name what the command line does not.
 absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
-  if (!options.server.empty() && absl::StartsWith(options.dump, kTakePrefix)) return absl::OkStatus();
-  const std::pair<const char*, const std::string&> inputs[] = {
-      {"--rig", options.rig}, {"--board", options.board}, {"--template", options.garment}};
+  if (!options.server.empty() && absl::StartsWith(options.spec.dump(), kTakePrefix)) return absl::OkStatus();
+  const std::pair<const char*, const std::string&> inputs[] = {{"--rig", options.spec.rig()},
+                                                               {"--board", options.spec.board()},
+                                                               {"--template", options.spec.garment()}};
   std::vector<std::string> missing;
   for (const auto& [flag, value] : inputs) {
     if (value.empty()) missing.emplace_back(flag);
@@ -199,31 +174,33 @@ absl::Status Register(const RegisterOptions& options, bool quiet) {
 }
 
 // The order of these functions is that of the help.
-void AddRegisterInputs(CLI::App& command, RegisterOptions& options) {
-  AddRequired(command, "dump DUMP", options.dump,
+void AddRegisterInputs(CLI::App& command, v1::RegistrationSpec& spec) {
+  AddRequired(command, "dump DUMP", *spec.mutable_dump(),
               "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png");
-  AddOption(command, "--rig FILE", options.rig,
+  AddOption(command, "--rig FILE", *spec.mutable_rig(),
             "The cameras, rig.json. A take of a daemon's session knows its own");
-  AddOption(command, "--board FILE", options.board, "The printed board, board.json or board.png; as --rig");
-  AddOption(command, "--template DIR", options.garment, "Folder of `weft template import`; as --rig");
-  AddRequired(command, "--out DIR", options.out, "Folder for the results, made where it is missing");
+  AddOption(command, "--board FILE", *spec.mutable_board(),
+            "The printed board, board.json or board.png; as --rig");
+  AddOption(command, "--template DIR", *spec.mutable_garment(), "Folder of `weft template import`; as --rig");
+  AddRequired(command, "--out DIR", *spec.mutable_out(), "Folder for the results, made where it is missing");
 }
 
 void AddRegisterStages(CLI::App& command, RegisterOptions& options) {
-  AddFramesOption(command, options.frames, "Which frames of the dump, all by default");
-  AddMosaicOption(command, options.mosaic);
-  AddOption(command, "--preset NAME", options.preset,
+  v1::RegistrationOptions& asked = *options.spec.mutable_options();
+  AddFramesOption(command, *options.spec.mutable_frames(), "Which frames of the dump, all by default");
+  AddMosaicOption(command, *asked.mutable_mosaic());
+  AddOption(command, "--preset NAME", *asked.mutable_preset(),
             "best: least error on hidden cloth; paper: weights of the paper", OneOf(PresetNames()));
   AddPipelineFlags(command, options.pipeline);
   command.add_flag("--observations", options.observations, "Write <frame>/observations.csv as well");
-  AddOption(command, "--cloud-format FORMAT", options.cloud_format,
+  AddOption(command, "--cloud-format FORMAT", *asked.mutable_cloud_format(),
             "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
             "ply: cloud.ply alone",
             OneOf({"ply", "pcd"}));
-  AddOption(command, "--scans DIR", options.scans,
+  AddOption(command, "--scans DIR", *asked.mutable_scans(),
             "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth that "
             "the pattern does not show");
-  AddOption(command, "--start-from DIR", options.starts,
+  AddOption(command, "--start-from DIR", *asked.mutable_starts(),
             "Results of an earlier registration of this take: cloth that is not seen starts from "
             "<frame>/mesh.ply there instead of from a smooth fill");
 }
@@ -290,7 +267,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
       "--set triangulation.consensus.inlier_radius_mm=1.5");
   auto options = std::make_shared<RegisterOptions>();
-  AddRegisterInputs(*command, *options);
+  AddRegisterInputs(*command, options->spec);
   AddRegisterStages(*command, *options);
   AddRegisterPasses(*command, *options);
   AddRegisterAtDaemon(*command, *options);

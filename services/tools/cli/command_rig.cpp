@@ -186,7 +186,7 @@ void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
       ->required()
       ->check(OneOf({"krt", "opencv", "colmap"}));
   AddRequired(*command, "--out PATH", options->out, "File, or folder for colmap");
-  command->callback([options, &line] { line.run = [options] { return ExportRig(*options); }; });
+  RunWith(*command, line, options, ExportRig);
 }
 
 }  // namespace

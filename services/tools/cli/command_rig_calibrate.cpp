@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "absl/strings/numbers.h"
@@ -85,14 +84,12 @@ absl::Status MakeTarget(const TargetOptions& options) {
     WEFT_ASSIGN_OR_RETURN(ScaleBar bar, ParseBar(options.bars[i], options.shape.family, i + 1));
     target.scale_bars.push_back(std::move(bar));
   }
-  absl::Status status = target.Validate();
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(target.Validate());
   const std::filesystem::path out(options.out);
-  status.Update(MayWriteTarget(out, target, options.guard));
-  if (!status.ok()) return status;
-  status.Update(CreateFolders(options.out));
-  status.Update(WriteTarget((out / "target.json").string(), target));
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(MayWriteTarget(out, target, options.guard));
+  WEFT_RETURN_IF_ERROR(CreateFolders(options.out));
+  WEFT_RETURN_IF_ERROR(WriteTarget((out / "target.json").string(), target));
+  absl::Status status;
   std::printf("target   %s\n", (out / "target.json").c_str());
   for (const TagBoard& board : target.boards)
     status.Update(WritePrint((out / ("board_" + board.id)).string(), board));
@@ -135,7 +132,7 @@ void AddTargetCommand(CLI::App& rig, CommandLine& line) {
   AddOption(*command, "--id NAME", options->id, "Name of the target, kept in the file");
   AddRequired(*command, "--out DIR", options->out, "Folder for the files, made where it is missing");
   options->guard.AddTo(*command);
-  command->callback([options, &line] { line.run = [options] { return MakeTarget(*options); }; });
+  RunWith(*command, line, options, MakeTarget);
 }
 
 struct RehearseOptions {
@@ -147,16 +144,9 @@ struct RehearseOptions {
 
 absl::Status Rehearse(const RehearseOptions& options, bool quiet) {
   WEFT_ASSIGN_OR_RETURN(const CalibrationTarget target, ReadTarget(options.target));
-  absl::Status status;
-  {
-    Progress progress("render", 1, ProgressVisible(quiet));
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      status = WriteRehearsal(options.out, target, options.rehearsal,
-                              [&](size_t done, size_t all) { progress.Set(done, all); });
-    });
-  }
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WithBar("render", quiet, options.threads, [&](const auto& tell) {
+    return WriteRehearsal(options.out, target, options.rehearsal, tell);
+  }));
   std::printf("dump     %s\ntruth    %s/truth/rig.json\n", options.out.c_str(), options.out.c_str());
   return absl::OkStatus();
 }
@@ -191,8 +181,7 @@ void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
   AddOption(*command, "--seed N", r.motion.seed, "Of the motion");
   AddRequired(*command, "--out DIR", options->out, "Folder of the dump");
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Rehearse(*options, line.quiet); }; });
+  RunWith(*command, line, options, Rehearse);
 }
 
 struct CalibrateOptions {
@@ -202,34 +191,15 @@ struct CalibrateOptions {
   bool json = false;
 };
 
-// A bar per stage.
-class StageProgress {
- public:
-  explicit StageProgress(bool visible) : visible_(visible) {}
-  void Tell(const std::string& stage, double share) {
-    if (stage != stage_) {
-      bar_.reset();
-      bar_.emplace(stage, 1000, visible_, ProgressUnit::kPercent);
-      stage_ = stage;
-    }
-    bar_->Set(static_cast<uint64_t>(1000 * share), 1000);
-  }
-
- private:
-  const bool visible_;
-  std::string stage_;
-  std::optional<Progress> bar_;
-};
-
 absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
   options.request.solve.scale_from_bar = options.scale == "bar";
   absl::StatusOr<CalibrationResult> result;
   {
-    StageProgress progress(ProgressVisible(quiet));
+    StageBars bars(quiet);
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
       result = CalibrateDump(options.request,
-                             [&](const std::string& stage, double share) { progress.Tell(stage, share); });
+                             [&](const std::string& stage, double share) { bars.SetShare(stage, share); });
     });
   }
   if (!result.ok()) return result.status();

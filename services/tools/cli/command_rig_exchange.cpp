@@ -81,7 +81,7 @@ void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
       ->default_val("camera");
   AddRequired(*command, "--out FILE", options->out, "The rig.json to write");
   options->guard.AddTo(*command);
-  command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
+  RunWith(*command, line, options, Exchange);
 }
 
 }  // namespace weft

@@ -1,6 +1,4 @@
 // weft rig plan: which cameras a garment needs.
-#include <tbb/task_arena.h>
-
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -25,15 +23,9 @@ struct PlanOptions {
 };
 
 absl::Status Plan(const PlanOptions& options, bool quiet) {
-  absl::StatusOr<RigPlanResult> plan;
-  {
-    Progress progress("plan", 1, ProgressVisible(quiet));
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      plan = PlanRigFromFiles(options.request,
-                              [&progress](size_t done, size_t all) { progress.Set(done, all); });
-    });
-  }
+  const absl::StatusOr<RigPlanResult> plan = WithBar("plan", quiet, options.threads, [&](const auto& tell) {
+    return PlanRigFromFiles(options.request, tell);
+  });
   if (!plan.ok()) return plan.status();
   WEFT_RETURN_IF_ERROR(WriteRigPlan(options.out, *plan));
   const v1::Verdict verdict = RigPlanVerdict(*plan);

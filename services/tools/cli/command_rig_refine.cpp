@@ -91,8 +91,7 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
             "Tolerance for the position of cameras that did not move", CLI::PositiveNumber);
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigRefinementReport)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Refine(*options, line.quiet); }; });
+  RunWith(*command, line, options, Refine);
 }
 
 }  // namespace weft

@@ -24,8 +24,7 @@ namespace {
 struct SessionCommandOptions {
   std::string server;
   std::string session;
-  std::string rig, board, garment;
-  std::string owner;
+  v1::OpenSessionRequest open;  // its texts
   std::string lease;
   double lease_s = 60;
   bool take_over = false;
@@ -64,13 +63,11 @@ const char* SessionStateWord(v1::CaptureSessionState state) {
 
 absl::Status OpenRemoteSession(const SessionContext& context) {
   const SessionCommandOptions& options = context.options;
-  v1::OpenSessionRequest request;
-  WEFT_ASSIGN_OR_RETURN(const v1::Session cameras, ReadSession(options.session));
-  *request.mutable_cameras() = cameras;
-  request.set_rig(NameAtDaemon(options.rig));
-  request.set_board(NameAtDaemon(options.board));
-  request.set_garment(NameAtDaemon(options.garment));
-  request.set_owner(options.owner.empty() ? ThisUser() : options.owner);
+  v1::OpenSessionRequest request = options.open;
+  WEFT_ASSIGN_OR_RETURN(*request.mutable_cameras(), ReadSession(options.session));
+  for (std::string* input : {request.mutable_rig(), request.mutable_board(), request.mutable_garment()})
+    *input = NameAtDaemon(*input);
+  if (request.owner().empty()) request.set_owner(ThisUser());
   request.set_lease_s(options.lease_s);
   request.set_take_over(options.take_over);
   request.set_idempotency_key(NewTimedId());
@@ -130,10 +127,11 @@ absl::Status ListRemoteSessions(const SessionContext& context) {
 
 void AddOpenArguments(CLI::App& command, SessionCommandOptions& options) {
   AddRequired(command, "SESSION FILE", options.session, "session.json with cameras, rate and tolerance");
-  AddOption(command, "--rig FILE", options.rig, "Rig of the jobs for its takes, on the daemon's machine");
-  AddOption(command, "--board FILE", options.board, "Board of the jobs for its takes");
-  AddOption(command, "--template DIR", options.garment, "Template of the jobs for its takes");
-  AddOption(command, "--owner NAME", options.owner,
+  AddOption(command, "--rig FILE", *options.open.mutable_rig(),
+            "Rig of the jobs for its takes, on the daemon's machine");
+  AddOption(command, "--board FILE", *options.open.mutable_board(), "Board of the jobs for its takes");
+  AddOption(command, "--template DIR", *options.open.mutable_garment(), "Template of the jobs for its takes");
+  AddOption(command, "--owner NAME", *options.open.mutable_owner(),
             "Who you are, for others to see; user and machine otherwise");
   AddOption(command, "--lease-s S", options.lease_s, "How long the session lasts when nobody renews it",
             CLI::Range(5.0, 604800.0));

@@ -45,8 +45,6 @@ struct SimulateOptions {
   std::string changes_text;
 };
 
-constexpr uint64_t kProgressSteps = 1000;
-
 constexpr std::array kNamedMotions = {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
                                       PerformanceMotion::kJogging, PerformanceMotion::kPinch,
                                       PerformanceMotion::kTwistAndPinch};
@@ -101,24 +99,20 @@ std::string RecipeOf(const SimulateOptions& options, const SyntheticTakeOptions&
 
 // Takes without pictures.
 absl::Status SimulateCloth(const std::string& out, const SyntheticTakeOptions& setup,
-                           const TakeFolder& folder, bool visible, const std::stop_token& stop) {
+                           const TakeFolder& folder, bool quiet, const std::stop_token& stop) {
   const Stopwatch watch;
   absl::StatusOr<ClothSummary> summary;
   {
-    std::optional<Progress> progress(std::in_place, "cloth ", kProgressSteps, visible,
-                                     ProgressUnit::kPercent);
-    bool moves = false;
+    StageBars bars(quiet);
     summary = WriteClothTake(
         setup, folder,
         [&](double share) {
           // Nothing is half-written yet, so there is nothing to clear away.
           if (stop.stop_requested()) kill(getpid(), SIGINT);
-          progress->Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
+          bars.SetShare("cloth ", share);
         },
         [&](int done) {
-          const auto frames = static_cast<uint64_t>(setup.performance.frames);
-          if (!std::exchange(moves, true)) progress.reset(), progress.emplace("motion", frames, visible);
-          progress->Set(static_cast<uint64_t>(done), frames);
+          bars.Set("motion", static_cast<uint64_t>(done), static_cast<uint64_t>(setup.performance.frames));
         },
         stop);
   }
@@ -147,23 +141,22 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
 
   const StopOnSignal stop;  // before the first thread
-  const bool visible = ProgressVisible(quiet);
-  if (options.no_pictures) return SimulateCloth(options.out, setup, folder, visible, stop.token());
+  if (options.no_pictures) return SimulateCloth(options.out, setup, folder, quiet, stop.token());
   const Stopwatch watch;
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
-    Progress progress("cloth ", kProgressSteps, visible, ProgressUnit::kPercent);
+    StageBars bars(quiet);
     take = SyntheticTake::Make(setup, [&](double share) {
       // Nothing is half-written yet, so there is nothing to clear away.
       if (stop.token().stop_requested()) kill(getpid(), SIGINT);
-      progress.Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
+      bars.SetShare("cloth ", share);
     });
   }
   if (!take->ok()) return take->status();
   absl::StatusOr<TakeSummary> summary;
   {
     const uint64_t views = static_cast<uint64_t>((*take)->frames()) * (*take)->rig().cameras.size();
-    Progress progress("render", views, visible);
+    Progress progress("render", views, ProgressVisible(quiet));
     summary = WriteSyntheticTake(
         **take, folder, options.files, [&progress] { progress.Advance(); }, stop.token());
   }
@@ -360,8 +353,7 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
   AddRigOptions(changes);
   AddLensOptions(changes);
   AddSensorOptions(changes);
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Simulate(*options, line.quiet); }; });
+  RunWith(*command, line, options, Simulate);
 }
 
 }  // namespace weft

@@ -47,7 +47,7 @@ void AddSplitCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
-  command->callback([options, &line] { line.run = [options] { return Split(*options); }; });
+  RunWith(*command, line, options, Split);
 }
 
 }  // namespace weft

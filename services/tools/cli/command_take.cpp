@@ -108,7 +108,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
           "  weft take recover take\n"
           "  weft take recover --dry-run take\n"
           "  weft take recover --force take");
-  recover->callback([options, &line] { line.run = [options] { return Recover(*options); }; });
+  RunWith(*recover, line, options, Recover);
   recover->add_flag("--force", options->force, "Also a take that was closed");
   recover->add_flag("--dry-run", options->dry_run, "Say what would be done, change nothing");
   recover->add_flag("--purge", options->purge, "Only remove what earlier recoveries kept in TAKE/recovered");
@@ -124,7 +124,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
                               "  weft take test-disk /data/takes");
   disk->add_option("DIR", options->take, "A folder on the disk")->required()->type_name("");
   AddOption(*disk, "--size-gib GIB", options->size_gib, "How much to write", CLI::Range(0.01, 1024.0));
-  disk->callback([options, &line] { line.run = [options] { return RunDiskTest(*options); }; });
+  RunWith(*disk, line, options, RunDiskTest);
 }
 
 }  // namespace weft

@@ -118,7 +118,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   add_text("--notes", described->notes, "Up to 4096 bytes, in lines");
   AddServerOption(*describe, described->server, "HOST:PORT of the daemon that has the take");
   describe->add_flag("--json", described->json, "Print JSON");
-  describe->callback([described, &line] { line.run = [described] { return DescribeHere(*described); }; });
+  RunWith(*describe, line, described, DescribeHere);
 
   const auto searched = std::make_shared<SearchOptions>();
   CLI::App* search =
@@ -129,7 +129,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   search->add_option("WORDS", searched->words, "None: all takes")->type_name("");
   AddOption(*search, "--in DIR", searched->folder, "A folder with takes in it, or in its folders");
   search->add_flag("--json", searched->json, "Print take.json of each (weft.v1.Take)");
-  search->callback([searched, &line] { line.run = [searched] { return SearchHere(*searched); }; });
+  RunWith(*search, line, searched, SearchHere);
 }
 
 }  // namespace weft

@@ -11,7 +11,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/command_option.h"
@@ -114,22 +113,11 @@ absl::StatusOr<VideoImportOptions> VideoOptionsOf(const ImportCommandOptions& op
   return video;
 }
 
-// A bar for each stage; a stage's bar goes when the next one begins. Stops where `stop` is requested.
+// Stops where `stop` is requested.
 VideoImportProgress BarPerStage(bool quiet, const std::stop_token& stop) {
-  struct Bars {
-    Mutex mutex;
-    std::string stage ABSL_GUARDED_BY(mutex);
-    std::unique_ptr<Progress> bar ABSL_GUARDED_BY(mutex);
-  };
-  const auto bars = std::make_shared<Bars>();
-  return [bars, quiet, stop](const char* stage, uint64_t done, uint64_t total) {
-    const MutexLock lock(bars->mutex);
-    if (bars->stage != stage) {
-      bars->stage = stage;
-      bars->bar.reset();
-      bars->bar = std::make_unique<Progress>(stage, total, ProgressVisible(quiet));
-    }
-    bars->bar->Set(done, total);
+  const auto bars = std::make_shared<StageBars>(quiet);
+  return [bars, stop](const char* stage, uint64_t done, uint64_t total) {
+    bars->Set(stage, done, total);
     return !stop.stop_requested();
   };
 }

@@ -122,8 +122,7 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
   AddPreviewOptions(*replay, options->preview);
   replay->add_flag("--list", options->list, "A line per frame set");
   replay->add_flag("--json", options->json, "Print JSON (weft.v1.TakeReplay); the list goes to stderr");
-  replay->callback(
-      [options, &line] { line.run = [options, &line] { return RunReplay(*options, line.quiet); }; });
+  RunWith(*replay, line, options, RunReplay);
 }
 
 }  // namespace weft

@@ -47,7 +47,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
   sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
   AddOption(*sync, "--report FILE", options->report, "Write a page with plots over the take");
   sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");
-  sync->callback([options, &line] { line.run = [options] { return Sync(*options); }; });
+  RunWith(*sync, line, options, Sync);
 }
 
 }  // namespace weft

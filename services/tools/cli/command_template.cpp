@@ -207,7 +207,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
             "surface, is refused",
             CLI::Range(-1, 100));
   AddCheckOptions(*command, *options);
-  command->callback([options, &line] { line.run = [options] { return ImportTemplateFiles(*options); }; });
+  RunWith(*command, line, options, ImportTemplateFiles);
 }
 
 }  // namespace weft

@@ -84,7 +84,7 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
             "Openings that the garment must have; -1: as many as its builder expected, if said",
             CLI::Range(-1, 100));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
-  command->callback([options, &line] { line.run = [options] { return CheckTemplate(*options); }; });
+  RunWith(*command, line, options, CheckTemplate);
 }
 
 }  // namespace weft

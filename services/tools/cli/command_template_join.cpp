@@ -78,7 +78,7 @@ void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
   AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
-  command->callback([options, &line] { line.run = [options] { return JoinTemplateFiles(*options); }; });
+  RunWith(*command, line, options, JoinTemplateFiles);
 }
 
 }  // namespace weft

@@ -87,6 +87,26 @@ void Progress::PrintLine(const std::string& text) {
   Draw(true);
 }
 
+void StageBars::Set(const std::string& stage, uint64_t done, uint64_t total, ProgressUnit unit) {
+  const MutexLock lock(mutex_);
+  if (!bar_ || stage != stage_) {
+    bar_.reset();
+    bar_.emplace(stage, total, visible_, unit);
+    stage_ = stage;
+  }
+  bar_->Set(done, total);
+}
+
+void StageBars::SetShare(const std::string& stage, double share) {
+  constexpr uint64_t kSteps = 1000;
+  Set(stage, static_cast<uint64_t>(share * kSteps), kSteps, ProgressUnit::kPercent);
+}
+
+void StageBars::PrintLine(const std::string& text) {
+  const MutexLock lock(mutex_);
+  if (bar_) bar_->PrintLine(text);
+}
+
 void Progress::Draw(bool force) {
   if (!visible_) return;
   const auto now = std::chrono::steady_clock::now();

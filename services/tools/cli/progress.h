@@ -1,8 +1,11 @@
 // Progress bars of long commands.
 #pragma once
 
+#include <tbb/task_arena.h>
+
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "base/mutex.h"
@@ -51,5 +54,34 @@ class Progress {
   uint64_t total_ ABSL_GUARDED_BY(mutex_) = 0;
   std::chrono::steady_clock::time_point drawn_ ABSL_GUARDED_BY(mutex_);
 };
+
+// A bar for each stage of a command: that of a stage appears with its first step, and goes when the next
+// stage begins. Thread safety: any thread may call any function.
+class StageBars {
+ public:
+  explicit StageBars(bool quiet) : visible_(ProgressVisible(quiet)) {}
+
+  void Set(const std::string& stage, uint64_t done, uint64_t total, ProgressUnit unit = ProgressUnit::kCount);
+  // Of a stage that knows no steps.
+  void SetShare(const std::string& stage, double share);
+  // Above the bar.
+  void PrintLine(const std::string& text);
+
+ private:
+  const bool visible_;
+  Mutex mutex_;
+  std::string stage_ ABSL_GUARDED_BY(mutex_);
+  std::optional<Progress> bar_ ABSL_GUARDED_BY(mutex_);
+};
+
+// What `work` returns, which runs with so many threads, 0 for all cores, under a bar. It is given what tells
+// the bar of the steps done and of all.
+template <typename Work>
+auto WithBar(const std::string& label, bool quiet, int threads, Work work) {
+  Progress progress(label, 1, ProgressVisible(quiet));
+  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  return arena.execute(
+      [&] { return work([&progress](size_t done, size_t all) { progress.Set(done, all); }); });
+}
 
 }  // namespace weft

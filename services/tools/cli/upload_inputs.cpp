@@ -1,7 +1,6 @@
 #include "services/tools/cli/upload_inputs.h"
 
 #include <filesystem>
-#include <optional>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -16,25 +15,6 @@
 #include "services/work/spec/kind_info.h"
 
 namespace weft {
-namespace {
-
-// A bar that appears with the first bytes.
-class ByteProgress {
- public:
-  ByteProgress(std::string label, bool quiet) : label_(std::move(label)), visible_(ProgressVisible(quiet)) {}
-  void Show(uint64_t done, uint64_t total) {
-    if (!bar_) bar_.emplace(label_, total, visible_, ProgressUnit::kPercent);
-    bar_->Set(done, total);
-  }
-
- private:
-  const std::string label_;
-  const bool visible_;
-  std::optional<Progress> bar_;
-};
-
-}  // namespace
-
 bool IsOfDaemon(const std::string& path) {
   return absl::StartsWith(path, kTakePrefix) || absl::StartsWith(path, kJobPrefix) ||
          absl::StartsWith(path, kLibraryPrefix);
@@ -50,15 +30,18 @@ absl::StatusOr<v1::LibraryItem> UploadInput(const RegistrationClient& connection
   const std::string kind = ItemKindWord(input.kind);
   absl::StatusOr<LocalItem> files;
   {
-    ByteProgress bar("read " + kind, quiet);
-    files = ListLocalItem(input.kind, input.path,
-                          [&bar](uint64_t done, uint64_t total) { bar.Show(done, total); });
+    StageBars bars(quiet);
+    files = ListLocalItem(input.kind, input.path, [&](uint64_t done, uint64_t total) {
+      bars.Set("read " + kind, done, total, ProgressUnit::kPercent);
+    });
   }
   if (!files.ok()) return files.status();
-  ByteProgress bar("upload " + kind, quiet);
+  StageBars bars(quiet);
   return LibraryClient(connection)
       .Upload(input.kind, input.name.empty() ? ItemNameOfPath(input.path) : input.name, *files,
-              [&bar](uint64_t done, uint64_t total) { bar.Show(done, total); });
+              [&](uint64_t done, uint64_t total) {
+                bars.Set("upload " + kind, done, total, ProgressUnit::kPercent);
+              });
 }
 
 absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1::RegistrationSpec spec,
