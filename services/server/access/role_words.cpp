@@ -1,23 +1,11 @@
 #include "services/server/access/role_words.h"
 
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/enum_words.h"
 
 namespace weft {
 
-const char* RoleWord(v1::Role role) {
-  switch (role) {
-    case v1::ROLE_VIEWER:
-      return "viewer";
-    case v1::ROLE_CLIENT:
-      return "client";
-    case v1::ROLE_OPERATOR:
-      return "operator";
-    case v1::ROLE_ADMIN:
-      return "admin";
-    default:
-      return "nobody";
-  }
-}
+const char* RoleWord(v1::Role role) { return EnumWord(role, "nobody"); }
 
 absl::StatusOr<v1::Role> ParseRole(const std::string& word) {
   for (const v1::Role role : {v1::ROLE_VIEWER, v1::ROLE_CLIENT, v1::ROLE_OPERATOR, v1::ROLE_ADMIN}) {

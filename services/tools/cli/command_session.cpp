@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
+#include "services/formats/files/enum_words.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -48,18 +49,7 @@ std::string ThisUser() {
   return absl::StrCat(user == nullptr ? "somebody" : user->pw_name, " at ", host);
 }
 
-const char* SessionStateWord(v1::CaptureSessionState state) {
-  switch (state) {
-    case v1::CAPTURE_SESSION_STATE_OPEN:
-      return "open";
-    case v1::CAPTURE_SESSION_STATE_EXPIRED:
-      return "expired";
-    case v1::CAPTURE_SESSION_STATE_TAKEN_OVER:
-      return "taken over";
-    default:
-      return "closed";
-  }
-}
+const char* SessionStateWord(v1::CaptureSessionState state) { return EnumWord(state, "closed"); }
 
 absl::Status OpenRemoteSession(const SessionContext& context) {
   const SessionCommandOptions& options = context.options;

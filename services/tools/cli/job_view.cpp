@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/formats/files/enum_words.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/work/kinds/work_kind.h"
 #include "services/work/pipeline/stage_keys.h"
@@ -13,22 +14,8 @@ namespace {
 constexpr uint64_t kSteps = 1000;
 
 const char* StateWord(const v1::FrameInfo& info) {
-  switch (info.state()) {
-    case v1::FRAME_STATE_WAITING:
-      return "waiting";
-    case v1::FRAME_STATE_RUNNING:
-      return "running";
-    case v1::FRAME_STATE_DONE:
-      return "done";
-    case v1::FRAME_STATE_DEGRADED:
-      return "degraded";
-    case v1::FRAME_STATE_FAILED:
-      return info.bridged() ? "bridged" : "failed";
-    case v1::FRAME_STATE_CANCELLED:
-      return "cancelled";
-    default:
-      return "unknown";
-  }
+  const bool is_bridged = info.state() == v1::FRAME_STATE_FAILED && info.bridged();
+  return is_bridged ? "bridged" : EnumWord(info.state(), "unknown");
 }
 
 int Finished(const v1::FrameCounts& frames) {
@@ -37,22 +24,7 @@ int Finished(const v1::FrameCounts& frames) {
 
 }  // namespace
 
-const char* JobStateWord(v1::JobState state) {
-  switch (state) {
-    case v1::JOB_STATE_QUEUED:
-      return "queued";
-    case v1::JOB_STATE_RUNNING:
-      return "running";
-    case v1::JOB_STATE_DONE:
-      return "done";
-    case v1::JOB_STATE_FAILED:
-      return "failed";
-    case v1::JOB_STATE_CANCELLED:
-      return "cancelled";
-    default:
-      return "unknown";
-  }
-}
+const char* JobStateWord(v1::JobState state) { return EnumWord(state, "unknown"); }
 
 std::string FrameLine(const v1::FrameInfo& info, bool has_coverage) {
   std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info));

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/formats/files/enum_words.h"
 #include "services/formats/verdict/verdict.h"
 #include "services/studio/recording/take_words.h"
 
@@ -13,9 +13,8 @@ namespace weft {
 namespace {
 
 std::string StateText(const v1::Take& take) {
-  std::string state = v1::TakeState_Name(take.state());
-  state = absl::AsciiStrToLower(state.substr(std::string("TAKE_STATE_").size()));
-  if (take.state() == v1::TAKE_STATE_COMPLETE) state = "closed";
+  const bool is_closed = take.state() == v1::TAKE_STATE_COMPLETE;
+  const std::string state = is_closed ? "closed" : EnumWord(take.state(), "unspecified");
   return take.stop_cause().empty() ? state : absl::StrCat(state, ": ", take.stop_cause());
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
+#include "services/formats/files/enum_words.h"
 
 namespace weft {
 namespace {
@@ -21,22 +22,7 @@ bool IsNameCharacter(char c) { return absl::ascii_isalnum(c) || c == '.' || c ==
 
 }  // namespace
 
-const char* ItemKindWord(v1::ItemKind kind) {
-  switch (kind) {
-    case v1::ITEM_KIND_RIG:
-      return "rig";
-    case v1::ITEM_KIND_BOARD:
-      return "board";
-    case v1::ITEM_KIND_TEMPLATE:
-      return "template";
-    case v1::ITEM_KIND_DUMP:
-      return "dump";
-    case v1::ITEM_KIND_AVATAR:
-      return "avatar";
-    default:
-      return "unknown";
-  }
-}
+const char* ItemKindWord(v1::ItemKind kind) { return EnumWord(kind, "unknown"); }
 
 absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word) {
   for (const v1::ItemKind kind : {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE,
