@@ -26,15 +26,13 @@ struct BvhRows {
 absl::Status ReadHead(BvhText& text, double& frames, double& frame_s) {
   WEFT_RETURN_IF_ERROR(text.Expect("frames"));
   text.Take(":");
-  WEFT_ASSIGN_OR_RETURN(const double count, text.Number("the number of frames"));
-  frames = count;
+  WEFT_ASSIGN_OR_RETURN(frames, text.Number("the number of frames"));
   if (!text.Take("frametime")) {
     WEFT_RETURN_IF_ERROR(text.Expect("frame"));
     WEFT_RETURN_IF_ERROR(text.Expect("time"));
   }
   text.Take(":");
-  WEFT_ASSIGN_OR_RETURN(const double time, text.Number("the frame time"));
-  frame_s = time;
+  WEFT_ASSIGN_OR_RETURN(frame_s, text.Number("the frame time"));
   if (frame_s > 0) return absl::OkStatus();
   return text.ErrorBefore(absl::StrCat(
       "Frame Time is ", frame_s, ", expected the seconds between two frames, 0.0333333 at 30 a second"));

@@ -76,8 +76,7 @@ class HierarchyReader {
 
   absl::Status ReadOffset() {
     for (int k = 0; k < 3; ++k) {
-      WEFT_ASSIGN_OR_RETURN(const double value, text_.Number("the offset of a joint"));
-      out_.joints[open_.back()].offset[k] = value;
+      WEFT_ASSIGN_OR_RETURN(out_.joints[open_.back()].offset[k], text_.Number("the offset of a joint"));
     }
     return absl::OkStatus();
   }

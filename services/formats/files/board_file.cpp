@@ -53,8 +53,7 @@ absl::StatusOr<std::string> FileBeside(const std::string& path, const char* fiel
 
 absl::Status ReadPanels(const std::string& path, const std::string& name, Board* board) {
   WEFT_ASSIGN_OR_RETURN(const std::string file, FileBeside(path, "panels", name));
-  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> panels, ReadPanelMask(file, board->rows, board->cols));
-  board->panels = panels;
+  WEFT_ASSIGN_OR_RETURN(board->panels, ReadPanelMask(file, board->rows, board->cols));
   return absl::OkStatus();
 }
 

@@ -285,8 +285,7 @@ absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(const auto vertex, FindElement(ply, "vertex", path));
   WEFT_ASSIGN_OR_RETURN(Cloud cloud, CloudFromElement(*vertex, path));
   WEFT_RETURN_IF_ERROR(SortByNode(cloud, path));
-  WEFT_ASSIGN_OR_RETURN(std::vector<CloudRay> rays, RaysFromPly(ply, path));
-  cloud.rays = std::move(rays);
+  WEFT_ASSIGN_OR_RETURN(cloud.rays, RaysFromPly(ply, path));
   return cloud;
 }
 
@@ -319,8 +318,7 @@ absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& p
   }
   WEFT_ASSIGN_OR_RETURN(Cloud cloud, CloudFromElement(*vertex, path));
   WEFT_RETURN_IF_ERROR(SortByNode(cloud, path));
-  WEFT_ASSIGN_OR_RETURN(std::vector<CloudRay> rays, RaysFromPly(ply, path));
-  cloud.rays = std::move(rays);
+  WEFT_ASSIGN_OR_RETURN(cloud.rays, RaysFromPly(ply, path));
   return TargetsFromCloud(garment, cloud);
 }
 

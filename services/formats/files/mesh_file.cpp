@@ -180,8 +180,7 @@ absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::
   std::array<const PlyProperty*, 3> columns{};
   constexpr std::array<std::string_view, 3> kNames = {"state", "sigma_mm", "views"};
   for (size_t i = 0; i < columns.size(); ++i) {
-    WEFT_ASSIGN_OR_RETURN(const auto column, ScalarColumn(*vertex, kNames[i], source_name));
-    columns[i] = column;
+    WEFT_ASSIGN_OR_RETURN(columns[i], ScalarColumn(*vertex, kNames[i], source_name));
   }
   RegisteredMesh mesh;
   mesh.vertices_mm = std::move(positions);

@@ -130,8 +130,7 @@ absl::StatusOr<FramesReader> FramesReader::Open(const std::string& path, bool un
   out.file_.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<size_t>(out.file_.gcount()));
   out.file_.clear();
-  WEFT_ASSIGN_OR_RETURN(FramesHead head, DecodeFramesHead(start, path));
-  out.head_ = std::move(head);
+  WEFT_ASSIGN_OR_RETURN(out.head_, DecodeFramesHead(start, path));
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(path, error) - FramesHeadBytes(out.head_);
   const size_t each = ClothFrameBytes(out.head_);

@@ -106,8 +106,7 @@ absl::Status WriteFrameTruth(const std::string& folder, const FrameTruth& truth)
 
 absl::StatusOr<FrameTruth> ReadFrameTruth(const std::string& folder) {
   FrameTruth out;
-  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh((fs::path(folder) / "mesh.ply").string()));
-  out.mesh = std::move(mesh);
+  WEFT_ASSIGN_OR_RETURN(out.mesh, ReadMesh((fs::path(folder) / "mesh.ply").string()));
   const auto vertices = static_cast<int>(out.mesh.vertices_mm.size());
   for (const std::string& camera : NamesIn(folder, ".truth")) {
     const std::string path = (fs::path(folder) / (camera + ".truth")).string();

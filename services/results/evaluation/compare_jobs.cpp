@@ -197,14 +197,12 @@ absl::Status Prepare(const ComparisonRequest& request, ComparedSide& a, Compared
                      std::vector<EvaluationRemark>& remarks) {
   a.request = request.a, b.request = RequestOfB(request);
   for (ComparedSide* side : {&a, &b}) {
-    WEFT_ASSIGN_OR_RETURN(EvaluationInputs inputs, LoadEvaluationInputs(side->request));
-    side->inputs = std::move(inputs);
+    WEFT_ASSIGN_OR_RETURN(side->inputs, LoadEvaluationInputs(side->request));
   }
   WEFT_RETURN_IF_ERROR(KeepCommonFrames(a.inputs, b.inputs, remarks));
   CheckImages(a.inputs, b.inputs, remarks);
   for (ComparedSide* side : {&a, &b}) {
-    WEFT_ASSIGN_OR_RETURN(EvaluationTools tools, PrepareTools(side->request, side->inputs));
-    side->tools = std::move(tools);
+    WEFT_ASSIGN_OR_RETURN(side->tools, PrepareTools(side->request, side->inputs));
   }
   return absl::OkStatus();
 }

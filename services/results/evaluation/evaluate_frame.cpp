@@ -329,12 +329,9 @@ absl::StatusOr<EvaluationTools> PrepareTools(const EvaluationRequest& request,
   tools.cell_mm = CellPitchMm(*inputs.garment);
   if (!inputs.truth.empty()) tools.true_drift.emplace(inputs.garment->rest);
   if (request.quick) return tools;
-  WEFT_ASSIGN_OR_RETURN(GeodesicDistortion geodesics,
-                        GeodesicDistortion::Build(inputs.garment->rest, request.geodesics));
-  tools.geodesics = std::move(geodesics);
+  WEFT_ASSIGN_OR_RETURN(tools.geodesics, GeodesicDistortion::Build(inputs.garment->rest, request.geodesics));
   if (!inputs.dump) return tools;
-  WEFT_ASSIGN_OR_RETURN(TextureDrift texture, TextureDrift::Build(*inputs.garment, request.texture));
-  tools.texture = std::move(texture);
+  WEFT_ASSIGN_OR_RETURN(tools.texture, TextureDrift::Build(*inputs.garment, request.texture));
   return tools;
 }
 

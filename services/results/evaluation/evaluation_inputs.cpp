@@ -41,8 +41,7 @@ absl::Status LoadRig(const std::string& path, const v1::Job& job, EvaluationInpu
     inputs.remarks.push_back({"reprojection, texture drift", "there is no rig; give --rig"});
     return absl::OkStatus();
   }
-  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(path));
-  inputs.rig = std::move(rig);
+  WEFT_ASSIGN_OR_RETURN(inputs.rig, ReadRig(path));
   return CheckHash("rig", path, job.inputs().rig(), inputs.rig->ContentHash());
 }
 
@@ -51,8 +50,7 @@ absl::Status LoadTemplate(const std::string& path, const v1::Job& job, Evaluatio
     inputs.remarks.push_back({"geodesic distortion, drift", "there is no template; give --template"});
     return absl::OkStatus();
   }
-  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(path));
-  inputs.garment = std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(inputs.garment, ReadTemplate(path));
   return CheckHash("template", path, job.inputs().garment(), inputs.garment->ContentHash());
 }
 
@@ -166,9 +164,8 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
                                             : Exists(beside)      ? beside.string()
                                                                   : "");
   FindFrameRate(request, times, inputs);
-  WEFT_ASSIGN_OR_RETURN(std::vector<ListedFrame> frames,
+  WEFT_ASSIGN_OR_RETURN(inputs.frames,
                         ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times));
-  inputs.frames = std::move(frames);
   inputs.job = std::move(job);
   return inputs;
 }

@@ -59,17 +59,13 @@ absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
     out.missing.emplace_back(FileName(file));
     return "";
   };
-  WEFT_ASSIGN_OR_RETURN(std::optional<std::vector<CameraObservations>> views,
-                        ReadCameraObservations(frame_folder));
-  out.pieces.observations = std::move(views);
+  WEFT_ASSIGN_OR_RETURN(out.pieces.observations, ReadCameraObservations(frame_folder));
   if (!out.pieces.observations) out.missing.emplace_back(FileName(FrameFile::kObservations));
   if (const std::string path = path_of(FrameFile::kCloud); !path.empty()) {
-    WEFT_ASSIGN_OR_RETURN(Cloud cloud, ReadCloud(path));
-    out.pieces.cloud = std::move(cloud);
+    WEFT_ASSIGN_OR_RETURN(out.pieces.cloud, ReadCloud(path));
   }
   if (const std::string path = path_of(FrameFile::kMesh); !path.empty()) {
-    WEFT_ASSIGN_OR_RETURN(ResultMesh mesh, ReadResultMesh(path));
-    out.mesh = std::move(mesh);
+    WEFT_ASSIGN_OR_RETURN(out.mesh, ReadResultMesh(path));
   }
   return out;
 }

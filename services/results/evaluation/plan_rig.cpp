@@ -73,21 +73,17 @@ absl::StatusOr<RigPlanResult> PlanRigFromFiles(const RigPlanRequest& request,
                                                const std::function<void(size_t, size_t)>& on_camera) {
   RigPlanResult out;
   out.options = request.options;
-  WEFT_ASSIGN_OR_RETURN(Rig candidates, ReadRig(request.rig));
-  out.candidates = std::move(candidates);
-  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(request.garment));
-  out.garment = std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(out.candidates, ReadRig(request.rig));
+  WEFT_ASSIGN_OR_RETURN(out.garment, ReadTemplate(request.garment));
   WEFT_ASSIGN_OR_RETURN(NamedMoments moments, ReadMoments(request, out.garment));
   out.moments = moments.names;
-  WEFT_ASSIGN_OR_RETURN(std::vector<PlanStep> steps, PlanRig(out.garment, moments.positions_mm,
-                                                             out.candidates, request.options, on_camera));
-  out.steps = std::move(steps);
+  WEFT_ASSIGN_OR_RETURN(
+      out.steps, PlanRig(out.garment, moments.positions_mm, out.candidates, request.options, on_camera));
   out.rig.id = out.candidates.id;
   const size_t chosen = ChosenCount(request, out.steps);
   for (size_t i = 0; i < chosen; ++i) out.rig.cameras.push_back(out.candidates.cameras[out.steps[i].camera]);
-  WEFT_ASSIGN_OR_RETURN(RigForecast forecast,
+  WEFT_ASSIGN_OR_RETURN(out.forecast,
                         ForecastRig(out.garment, moments.positions_mm, out.rig, request.options));
-  out.forecast = std::move(forecast);
   return out;
 }
 

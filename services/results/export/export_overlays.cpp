@@ -85,8 +85,7 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
       continue;
     }
     if (mesh.faces.empty() && request.kind != OverlayKind::kNone) {
-      WEFT_ASSIGN_OR_RETURN(OverlayMesh read, ReadOverlayMesh(request.kind, plan, source, mesh_number));
-      mesh = std::move(read);
+      WEFT_ASSIGN_OR_RETURN(mesh, ReadOverlayMesh(request.kind, plan, source, mesh_number));
     }
     absl::StatusOr<Frame> drawn = DrawOverlay(*picture, mesh, camera, request.kind);
     if (drawn.ok() && request.undistort) drawn = UndistortPicture(*drawn, camera);

@@ -141,19 +141,16 @@ absl::StatusOr<GlbPictures> PicturesOf(const ExportRequest& request, const Expor
   GlbPictures pictures;
   if (request.texture_px > 0) {
     const std::string path = folder.UnfinishedOf(kAlbedo);
-    WEFT_ASSIGN_OR_RETURN(std::string albedo,
+    WEFT_ASSIGN_OR_RETURN(pictures.albedo_png,
                           fs::exists(path)
                               ? ReadWholeFile(path)
                               : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings));
-    pictures.albedo_png = std::move(albedo);
   }
   if (request.normal_map_px > 0) {
     WEFT_ASSIGN_OR_RETURN(const NormalMap map, MakeNormalMap(request.normal_map_px, source));
     ExportSource whole = source.InWorldMm();
-    WEFT_ASSIGN_OR_RETURN(std::string normal, NormalMapOfFrame(map, request.normal_map_px, whole, 0));
-    pictures.normal_png = std::move(normal);
-    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector4f> tangents, TangentsOfFrame(map, whole, 0));
-    pictures.tangents = std::move(tangents);
+    WEFT_ASSIGN_OR_RETURN(pictures.normal_png, NormalMapOfFrame(map, request.normal_map_px, whole, 0));
+    WEFT_ASSIGN_OR_RETURN(pictures.tangents, TangentsOfFrame(map, whole, 0));
     const Eigen::Matrix3f rotation = source.transform().rotation.cast<float>();
     for (Eigen::Vector4f& tangent : pictures.tangents)
       tangent.head<3>() = (rotation * tangent.head<3>()).eval();
@@ -323,9 +320,8 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   }
   absl::Status status = folder.CheckRoom(needed_bytes, present_bytes);
   if (status.ok() && (plan.texture_px > 0 || plan.normal_map_px > 0)) {
-    WEFT_ASSIGN_OR_RETURN(GlbPictures pictures,
+    WEFT_ASSIGN_OR_RETURN(plan.pictures,
                           PicturesOf(request, source, folder, progress, stop, outcome.warnings));
-    plan.pictures = std::move(pictures);
   }
   if (status.ok() && holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
   if (status.ok() && plan.texture_px > 0)

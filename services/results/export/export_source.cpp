@@ -83,10 +83,9 @@ absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
   source.result_ = request.result;
   source.max_vertices_ = request.max_vertices;
   const FormatTraits& traits = TraitsOf(request.format);
-  WEFT_ASSIGN_OR_RETURN(ExportTransform transform,
+  WEFT_ASSIGN_OR_RETURN(source.transform_,
                         ExportTransform::Make(request.up.value_or(traits.up), request.world_up,
                                               request.unit.value_or(LengthUnit::kMetre)));
-  source.transform_ = transform;
   const std::string job_file = (fs::path(request.result) / kJobFile).string();
   if (absl::Status status = ReadJsonFile(job_file, source.job_); absl::IsNotFound(status)) {
     return absl::NotFoundError(

@@ -54,16 +54,13 @@ struct TextureTools {
 absl::StatusOr<TextureTools> MakeTools(const TextureRequest& request, const ExportSource& source) {
   TextureTools tools{source.InWorldMm(), std::nullopt, std::nullopt, std::nullopt};
   if (request.texture_px > 0) {
-    WEFT_ASSIGN_OR_RETURN(OverlayPlan plan, PlanOverlays(request.recording, tools.whole));
-    tools.plan = std::move(plan);
+    WEFT_ASSIGN_OR_RETURN(tools.plan, PlanOverlays(request.recording, tools.whole));
     const ExportTopology& topology = tools.whole.topology();
-    WEFT_ASSIGN_OR_RETURN(TextureAtlas atlas,
+    WEFT_ASSIGN_OR_RETURN(tools.atlas,
                           TextureAtlas::Make(request.texture_px, topology.faces, topology.texture));
-    tools.atlas = std::move(atlas);
   }
   if (request.normal_map_px > 0) {
-    WEFT_ASSIGN_OR_RETURN(NormalMap map, MakeNormalMap(request.normal_map_px, source));
-    tools.normal_map = std::move(map);
+    WEFT_ASSIGN_OR_RETURN(tools.normal_map, MakeNormalMap(request.normal_map_px, source));
   }
   return tools;
 }

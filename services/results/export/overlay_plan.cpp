@@ -71,8 +71,7 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
                      ": job.json names it as seen from the folder where an earlier Weft ran the job; run "
                      "this there, or give --take and --rig"));
   }
-  WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(rig_file));
-  plan.rig = std::move(rig);
+  WEFT_ASSIGN_OR_RETURN(plan.rig, ReadRig(rig_file));
   if (!job.inputs().rig().empty() && plan.rig.ContentHash() != job.inputs().rig()) {
     return absl::FailedPreconditionError(absl::StrCat(rig_file, ": has hash ", plan.rig.ContentHash(),
                                                       ", the result was computed with ", job.inputs().rig(),
@@ -80,9 +79,7 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
   }
   const std::string dump = recording.dump.empty() ? job.spec().dump() : recording.dump;
   const bool is_of_job = dump == job.spec().dump();
-  WEFT_ASSIGN_OR_RETURN(auto opened,
-                        OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : ""));
-  plan.dump = std::move(opened);
+  WEFT_ASSIGN_OR_RETURN(plan.dump, OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : ""));
   for (size_t i = 0; i < plan.dump->frame_names().size(); ++i)
     plan.index_of_frame[plan.dump->frame_names()[i]] = i;
   for (const size_t frame : source.meshes()) {
@@ -90,8 +87,7 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
     return absl::NotFoundError(absl::StrCat(dump, ": has no frame ", source.frames()[frame].frame(),
                                             "; give the recording of the job with --take"));
   }
-  WEFT_ASSIGN_OR_RETURN(auto cameras, FindCameras(recording, plan.rig));
-  plan.cameras = std::move(cameras);
+  WEFT_ASSIGN_OR_RETURN(plan.cameras, FindCameras(recording, plan.rig));
   WEFT_ASSIGN_OR_RETURN(const ExportMesh first, source.Read(0, ExportSource::Velocities::kLeftOut));
   plan.sigma_range_mm = RoundRange({first.sigma.begin(), first.sigma.end()});
   return plan;

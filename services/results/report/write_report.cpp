@@ -161,8 +161,7 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
                                                   const ReportExtras& extras) {
   JobReportParts parts;
   parts.job = job;
-  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> frames, ReadJobFrames(out_folder, job, parts.notes));
-  parts.frames = std::move(frames);
+  WEFT_ASSIGN_OR_RETURN(parts.frames, ReadJobFrames(out_folder, job, parts.notes));
   NoteOtherFrames(job, parts.frames.size(), parts.notes);
   const std::vector<ChosenFrame> chosen = FramesToPicture(parts.frames, extras.frames);
   const std::vector<PicturedMesh> meshes = ReadMeshes(out_folder, chosen, parts.notes);

@@ -65,8 +65,7 @@ absl::StatusOr<std::unique_ptr<CatalogueBackup>> CatalogueBackup::Start(Database
   }
   std::unique_ptr<CatalogueBackup> backup(new CatalogueBackup(path));
   RemoveDatabase(CopyPath(path));
-  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<DatabaseCopy> copy, DatabaseCopy::Start(catalogue, CopyPath(path)));
-  backup->copy_ = std::move(copy);
+  WEFT_ASSIGN_OR_RETURN(backup->copy_, DatabaseCopy::Start(catalogue, CopyPath(path)));
   return backup;
 }
 

@@ -113,8 +113,7 @@ absl::StatusOr<BrowserSession> BrowserSessions::Find(const std::string& id) {
     session.token_sha256 = found->token_sha256();
     session.expires_unix_ns = found->expires_unix_ns();
   }
-  WEFT_ASSIGN_OR_RETURN(Caller caller, access_.Identify({.token_sha256 = session.token_sha256}));
-  session.caller = std::move(caller);
+  WEFT_ASSIGN_OR_RETURN(session.caller, access_.Identify({.token_sha256 = session.token_sha256}));
   return session;
 }
 

@@ -48,17 +48,15 @@ class Console::Impl {
 
   absl::Status Begin(UniqueFd socket) {
     if (!options_.page_folder.empty()) {
-      WEFT_ASSIGN_OR_RETURN(auto pages, LoadPageFiles(options_.page_folder));
-      pages_ = std::move(pages);
+      WEFT_ASSIGN_OR_RETURN(pages_, LoadPageFiles(options_.page_folder));
     }
     HttpListenerOptions http;
     http.host_names = options_.host_names;
     http.tls = options_.tls;
     http.uses_tls = options_.uses_tls;
-    WEFT_ASSIGN_OR_RETURN(auto listener,
+    WEFT_ASSIGN_OR_RETURN(listener_,
                           HttpListener::Start(std::move(socket), std::move(http),
                                               [this](HttpExchange& exchange) { return Answer(exchange); }));
-    listener_ = std::move(listener);
     return absl::OkStatus();
   }
 

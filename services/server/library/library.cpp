@@ -223,8 +223,7 @@ absl::StatusOr<v1::LibraryItem> Library::AddNameLocked(v1::ItemKind kind, const 
   if (!item.ok()) return item;
   WEFT_RETURN_IF_ERROR(CheckFilesThere(*item, ContentFolder(kind, id)));
   if (NameIn(*item, name) != nullptr) return item;
-  WEFT_ASSIGN_OR_RETURN(const v1::ItemName next, NextName(kind, name));
-  *item->add_names() = next;
+  WEFT_ASSIGN_OR_RETURN(*item->add_names(), NextName(kind, name));
   v1::LibraryItem header = *item;
   header.clear_manifest();
   WEFT_RETURN_IF_ERROR(WriteJsonFile(ItemFolder(kind, id) + "/item.json", header));

@@ -303,8 +303,7 @@ absl::Status UploadWriter::OpenFile(const std::string& path) {
 absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
   if (!piece.upload_id().empty() && piece.upload_id() != upload_id_) {
     if (upload_) return absl::InvalidArgumentError("upload_id: all pieces of a call are of one upload");
-    WEFT_ASSIGN_OR_RETURN(std::shared_ptr<Uploads::Upload> found, uploads_.Find(piece.upload_id(), caller_));
-    upload_ = std::move(found);
+    WEFT_ASSIGN_OR_RETURN(upload_, uploads_.Find(piece.upload_id(), caller_));
     upload_id_ = piece.upload_id();
   }
   if (!upload_) return absl::InvalidArgumentError("upload_id: must not be empty");

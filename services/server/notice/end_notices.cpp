@@ -49,7 +49,7 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
   of_programs.folder = absl::StrCat(folder, "/", kOfProgram);
   of_programs.at_once = kProgramsAtOnce;
   WEFT_ASSIGN_OR_RETURN(
-      auto programs,
+      notices->programs_,
       Outbox::Open(of_programs, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
         if (now.program.empty()) return absl::OkStatus();
@@ -63,16 +63,14 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
         return absl::DeadlineExceededError(
             absl::StrCat(absl::string_view(status.message()), "; --on-end-timeout-s gives it more"));
       }));
-  notices->programs_ = std::move(programs);
   OutboxOptions of_requests;
   of_requests.folder = absl::StrCat(folder, "/", kOfServer);
   WEFT_ASSIGN_OR_RETURN(
-      auto requests,
+      notices->requests_,
       Outbox::Open(of_requests, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
         return now.server.url.empty() ? absl::OkStatus() : PostNotice(now.server, path, stop);
       }));
-  notices->requests_ = std::move(requests);
   return notices;
 }
 

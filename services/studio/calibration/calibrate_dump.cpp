@@ -83,16 +83,13 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
   status.Update(request.checks.Validate());
   if (!status.ok()) return status;
   CalibrationResult result;
-  WEFT_ASSIGN_OR_RETURN(CalibrationTarget target, ReadTarget(request.target));
-  result.target = std::move(target);
+  WEFT_ASSIGN_OR_RETURN(result.target, ReadTarget(request.target));
   std::optional<Rig> initial;
   if (!request.initial_rig.empty()) {
-    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(request.initial_rig));
-    initial = std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(initial, ReadRig(request.initial_rig));
   }
   const Stopwatch watch;
-  WEFT_ASSIGN_OR_RETURN(BoardDetection detection, Detect(request, result.target, on_progress));
-  result.detection = std::move(detection);
+  WEFT_ASSIGN_OR_RETURN(result.detection, Detect(request, result.target, on_progress));
   result.detection_s = watch.Seconds();
   result.issues =
       CheckViews(result.target, result.detection.views, result.detection.sightings, request.checks);

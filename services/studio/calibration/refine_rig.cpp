@@ -107,8 +107,7 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
 }
 
 absl::Status UpdateRecord(const RefinementRequest& request, RefinementResult* result) {
-  WEFT_ASSIGN_OR_RETURN(std::optional<CalibrationRecord> record, ReadCalibrationRecord(request.rig));
-  result->record = std::move(record);
+  WEFT_ASSIGN_OR_RETURN(result->record, ReadCalibrationRecord(request.rig));
   if (!result->record) return absl::OkStatus();
   ++result->record->version;
   result->record->replaces = result->before.ContentHash();

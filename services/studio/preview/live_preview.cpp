@@ -272,8 +272,7 @@ absl::StatusOr<std::unique_ptr<LivePreview>> LivePreview::Start(const LivePrevie
   WEFT_RETURN_IF_ERROR(options.Validate());
   std::optional<BoardIndex> board;
   if (options.board) {
-    WEFT_ASSIGN_OR_RETURN(BoardIndex index, BoardIndex::Build(*options.board));
-    board = std::move(index);
+    WEFT_ASSIGN_OR_RETURN(board, BoardIndex::Build(*options.board));
   }
   auto impl = std::make_unique<Impl>(options, std::move(board));
   WEFT_RETURN_IF_ERROR(impl->Start());

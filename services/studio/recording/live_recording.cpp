@@ -213,13 +213,11 @@ class LiveTake {
       threads_.emplace_back([this, i] { Pump(*cameras_[i], i, stopping_, running_, sets_); });
     if (!options_.trigger.IsOurs()) return absl::OkStatus();
     WaitForClocks();
-    WEFT_ASSIGN_OR_RETURN(auto triggers, TriggerSender::Start(cameras_, options_.trigger, clocks_,
-                                                              [this](size_t camera, const std::string& what) {
-                                                                recorder_.Note(
-                                                                    ids_[camera],
-                                                                    absl::StrCat("trigger not sent: ", what));
-                                                              }));
-    triggers_ = std::move(triggers);
+    WEFT_ASSIGN_OR_RETURN(
+        triggers_, TriggerSender::Start(
+                       cameras_, options_.trigger, clocks_, [this](size_t camera, const std::string& what) {
+                         recorder_.Note(ids_[camera], absl::StrCat("trigger not sent: ", what));
+                       }));
     return absl::OkStatus();
   }
 

@@ -257,8 +257,7 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   }
   // A take without a picture would stand at the place of the next try.
   WEFT_RETURN_IF_ERROR(count.AllUnread());
-  WEFT_ASSIGN_OR_RETURN(const uint64_t sets, copy.Finish());
-  imported.sets = sets;
+  WEFT_ASSIGN_OR_RETURN(imported.sets, copy.Finish());
   for (std::string& note : count.Notes()) imported.notes.push_back(std::move(note));
   return imported;
 }

@@ -118,8 +118,7 @@ absl::Status Importer::Check() {
   }
   WEFT_RETURN_IF_ERROR(CheckChapters(paths));
   if (!options_.rig.empty()) {
-    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(options_.rig));
-    rig_ = std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(rig_, ReadRig(options_.rig));
   }
   std::error_code error;
   if (!fs::exists(out_, error) || fs::is_empty(out_, error)) return absl::OkStatus();
@@ -154,12 +153,11 @@ absl::Status Importer::Look() {
     }
     if (videos_[i].path().empty()) {
       uint64_t own = 0;
-      WEFT_ASSIGN_OR_RETURN(v1::VideoFacts facts, LookAtVideo(path, [&](uint64_t seen) {
+      WEFT_ASSIGN_OR_RETURN(videos_[i], LookAtVideo(path, [&](uint64_t seen) {
                               frames += seen - own;
                               own = seen;
                               return Tell("look", frames, frames);
                             }));
-      videos_[i] = std::move(facts);
     }
     videos_[i].set_camera(options_.videos[i].camera);
     return absl::OkStatus();

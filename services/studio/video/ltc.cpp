@@ -186,8 +186,7 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::str
     v1::VideoFacts sound = video;
     double begins_s = 0;  // the sound's beginning by the video's count
     if (file != files.end()) {
-      WEFT_ASSIGN_OR_RETURN(v1::VideoFacts header, ReadSoundHeader(file->second));
-      sound = std::move(header);
+      WEFT_ASSIGN_OR_RETURN(sound, ReadSoundHeader(file->second));
       begins_s = BeginTime_s(video);
     }
     const absl::StatusOr<LtcReading> reading = ReadLtcOfFile(sound.path(), sound);

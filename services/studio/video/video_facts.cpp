@@ -172,8 +172,7 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
   for (const char* code : {"vp8", "vp9", "mpeg4"}) pictures.skips = pictures.skips || facts.codec() == code;
   std::vector<int64_t> damaged;
   if (is_complained || LacksPictures(pictures)) {
-    WEFT_ASSIGN_OR_RETURN(auto found, LookClosely(std::move(pictures), facts));
-    damaged = std::move(found);
+    WEFT_ASSIGN_OR_RETURN(damaged, LookClosely(std::move(pictures), facts));
   }
   facts.mutable_damaged_pts()->Add(damaged.begin(), damaged.end());
   if (absl::Status status = UseFrames(lines->pts, damaged, facts); !status.ok())

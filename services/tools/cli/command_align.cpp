@@ -130,8 +130,7 @@ class StageWriter {
 absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Template& garment) {
   Extras extras;
   if (!options.scan.empty()) {
-    WEFT_ASSIGN_OR_RETURN(ScanFile scan, ReadScan(options.scan));
-    extras.scan = std::move(scan);
+    WEFT_ASSIGN_OR_RETURN(extras.scan, ReadScan(options.scan));
   }
   if (!options.start.empty()) {
     WEFT_ASSIGN_OR_RETURN(TriangleMesh start, ReadForeignMesh(options.start));

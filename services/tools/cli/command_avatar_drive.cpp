@@ -59,8 +59,7 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   asked.set_mosaic(options.mosaic);
   asked.set_write_observations(options.observations);
   *asked.mutable_pipeline() = OfStages(changes, stages);
-  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions effective, EffectiveDriveOptions(asked));
-  *spec.mutable_options() = std::move(effective);
+  WEFT_ASSIGN_OR_RETURN(*spec.mutable_options(), EffectiveDriveOptions(asked));
   return WithAbsolutePaths(std::move(spec));
 }
 

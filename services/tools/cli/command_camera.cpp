@@ -23,8 +23,7 @@ absl::Status PrintCameras(const CameraListCommandOptions& options) {
     list = ListCameras();
   } else {
     WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
-    WEFT_ASSIGN_OR_RETURN(const v1::CameraList theirs, CameraClient(*connection).List());
-    list = theirs;
+    WEFT_ASSIGN_OR_RETURN(list, CameraClient(*connection).List());
   }
   if (options.json) return PrintJsonMessage(list);
   std::fputs(CameraListText(list, options.details).c_str(), stdout);

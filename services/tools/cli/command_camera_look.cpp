@@ -29,8 +29,7 @@ absl::StatusOr<v1::LookAtCamerasRequest> RequestOf(const CameraLookOptions& opti
   if (!options.take_id.empty()) {
     request.set_take_id(options.take_id);
   } else if (!options.session.empty()) {
-    WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(options.session));
-    *request.mutable_cameras() = session;
+    WEFT_ASSIGN_OR_RETURN(*request.mutable_cameras(), ReadSession(options.session));
   } else if (!options.lease.empty()) {
     request.set_lease(options.lease);
   } else {

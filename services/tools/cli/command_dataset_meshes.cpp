@@ -69,8 +69,7 @@ absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, C
     WEFT_ASSIGN_OR_RETURN(ClothFrame frame, take.Read(k));
     const std::string name = take.frame_names().empty() ? absl::StrFormat("%04d", k) : take.frame_names()[k];
     if (frame.pose && !written.has_body) {  // before a file of the frame is there: it may be another body
-      WEFT_ASSIGN_OR_RETURN(const BodyShape of_take, BodyOfTake(options));
-      shape = of_take;
+      WEFT_ASSIGN_OR_RETURN(shape, BodyOfTake(options));
       WEFT_RETURN_IF_ERROR(CreateFolders(absl::StrCat(out, "/body")));
       written.has_body = true;
     }

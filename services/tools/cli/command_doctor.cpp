@@ -25,8 +25,7 @@ struct DoctorCommandOptions {
 
 absl::Status RunDoctor(DoctorCommandOptions& options) {
   if (!options.session.empty()) {
-    WEFT_ASSIGN_OR_RETURN(v1::Session session, ReadSession(options.session));
-    options.doctor.session = std::move(session);
+    WEFT_ASSIGN_OR_RETURN(options.doctor.session, ReadSession(options.session));
   }
   options.doctor.look_for_cameras = !options.no_cameras;
   v1::DoctorReport report = Examine(options.doctor);

@@ -34,14 +34,11 @@ struct ExportCommandOptions {
 
 absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& options) {
   ExportRequest request = options.request;
-  WEFT_ASSIGN_OR_RETURN(const ExportFormat format, ExportFormatFromName(options.format));
-  request.format = format;
+  WEFT_ASSIGN_OR_RETURN(request.format, ExportFormatFromName(options.format));
   if (!options.up.empty()) {
-    WEFT_ASSIGN_OR_RETURN(const UpAxis up, UpAxisFromName(options.up));
-    request.up = up;
+    WEFT_ASSIGN_OR_RETURN(request.up, UpAxisFromName(options.up));
   }
-  WEFT_ASSIGN_OR_RETURN(const LengthUnit unit, LengthUnitFromName(options.unit));
-  request.unit = unit;
+  WEFT_ASSIGN_OR_RETURN(request.unit, LengthUnitFromName(options.unit));
   request.recording = options.overlays.recording;
   request.texture_px = options.textures.texture_px;
   request.normal_map_px = options.textures.normal_map_px;
@@ -73,8 +70,7 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
         absl::StrCat("--format ", options.format,
                      ": such pictures are the cameras' images; say with --overlay "
                      "what is drawn over them: wireframe, state, sigma or none"));
-  WEFT_ASSIGN_OR_RETURN(const OverlayKind kind, OverlayKindFromName(options.overlay));
-  request.kind = kind;
+  WEFT_ASSIGN_OR_RETURN(request.kind, OverlayKindFromName(options.overlay));
   request.result = options.request.result;
   request.out = options.request.out;
   request.frames = options.request.frames;

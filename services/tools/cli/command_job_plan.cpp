@@ -38,8 +38,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecToPlan(const JobPlanOptions& options) {
   WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions changes, ChangesOf(options.pipeline, RegistrationStages()));
   v1::RegistrationSpec spec = options.spec;
   *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
-  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions effective, EffectiveOptions(spec.options()));
-  *spec.mutable_options() = std::move(effective);
+  WEFT_ASSIGN_OR_RETURN(*spec.mutable_options(), EffectiveOptions(spec.options()));
   return spec;
 }
 

@@ -106,8 +106,7 @@ struct LibraryCommand {
 absl::Status RunLibraryCommand(const LibraryCommand& command, const LibraryOptions& options, bool quiet) {
   v1::ItemKind kind = v1::ITEM_KIND_UNSPECIFIED;
   if (!options.kind.empty()) {
-    WEFT_ASSIGN_OR_RETURN(const v1::ItemKind parsed, ParseItemKind(options.kind));
-    kind = parsed;
+    WEFT_ASSIGN_OR_RETURN(kind, ParseItemKind(options.kind));
   }
   WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
   return command.action({*connection, options, kind, quiet});

@@ -29,8 +29,7 @@ struct MotionMakeOptions {
 };
 
 absl::Status MakeMotionFile(MotionMakeOptions options) {
-  WEFT_ASSIGN_OR_RETURN(const MotionKind kind, MotionKindNamed(options.kind));
-  options.motion.kind = kind;
+  WEFT_ASSIGN_OR_RETURN(options.motion.kind, MotionKindNamed(options.kind));
   WEFT_ASSIGN_OR_RETURN(const Motion motion, MakeMotion(options.motion));
   WEFT_RETURN_IF_ERROR(WriteMotion(options.out, motion));
   std::printf("%s: %s, %.1f s, %zu poses\n", options.out.c_str(), options.kind.c_str(), motion.DurationS(),

@@ -43,8 +43,7 @@ absl::Status MayWriteBoard(const std::string& folder, const Board& board, const 
 absl::Status Generate(const GenerateOptions& options) {
   BoardGenerationOptions made = options.board;
   if (!options.panels.empty()) {
-    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> panels, ReadPanelMask(options.panels, made.rows, made.cols));
-    made.panels = std::move(panels);
+    WEFT_ASSIGN_OR_RETURN(made.panels, ReadPanelMask(options.panels, made.rows, made.cols));
   }
   for (const std::string& path : options.apart_from) {
     WEFT_ASSIGN_OR_RETURN(Board other, ReadBoard(path));
@@ -123,8 +122,7 @@ absl::Status CheckBoard(const BoardCheckOptions& options) {
   if (options.compare) {
     WEFT_ASSIGN_OR_RETURN(const Board other,
                           GenerateBoard(board.rows, board.cols, board.cell_mm, options.report.seed));
-    WEFT_ASSIGN_OR_RETURN(const CodingReport its, MakeCodingReport(other, options.report));
-    random = its;
+    WEFT_ASSIGN_OR_RETURN(random, MakeCodingReport(other, options.report));
   }
   const CodingReport* shown = random ? &*random : nullptr;
   if (options.json) {

@@ -28,9 +28,7 @@ absl::StatusOr<Board> LoadPrintedBoard(const PrintCommandOptions& options) {
   if (!board.ok()) return board;
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
   if (!options.panels.empty()) {
-    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> panels,
-                          ReadPanelMask(options.panels, board->rows, board->cols));
-    board->panels = std::move(panels);
+    WEFT_ASSIGN_OR_RETURN(board->panels, ReadPanelMask(options.panels, board->rows, board->cols));
   }
   return board;
 }

@@ -72,8 +72,7 @@ absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
     setup.performance.body = body.shape;
   }
   if (!options.rig.empty()) {
-    WEFT_ASSIGN_OR_RETURN(Rig rig, ReadRig(options.rig));
-    setup.given_rig = std::move(rig);
+    WEFT_ASSIGN_OR_RETURN(setup.given_rig, ReadRig(options.rig));
   }
   for (const auto& change : options.changes) change(setup);
   absl::Status status = setup.Validate();

@@ -77,8 +77,7 @@ absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
 absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
   TrimOptions trim;
   trim.recorder.take.stream.compress = options.compress;
-  WEFT_ASSIGN_OR_RETURN(TakeViewOptions view, ParseTakeRange(options.range));
-  trim.view = std::move(view);
+  WEFT_ASSIGN_OR_RETURN(trim.view, ParseTakeRange(options.range));
   return SayHowMany(options, "", TrimTake(options.source, options.out, trim, MakeProgress("trim", quiet)));
 }
 

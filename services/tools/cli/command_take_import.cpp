@@ -58,8 +58,7 @@ absl::Status ImportFolder(const ImportCommandOptions& options, bool quiet) {
   TakeCopyOptions copy;
   copy.fps = options.fps;
   copy.recorder.take.stream.compress = options.compress;
-  WEFT_ASSIGN_OR_RETURN(const auto mosaic, MosaicOf(options));
-  copy.mosaic = mosaic;
+  WEFT_ASSIGN_OR_RETURN(copy.mosaic, MosaicOf(options));
   const absl::StatusOr<NameMeaning> names = NameMeaningFromName(options.names);
   if (!names.ok()) return absl::InvalidArgumentError(absl::StrCat("--", names.status().message()));
   copy.names = *names;
@@ -104,8 +103,7 @@ absl::StatusOr<VideoImportOptions> VideoOptionsOf(const ImportCommandOptions& op
   const absl::StatusOr<SyncWay> sync = SyncWayFromName(options.sync);
   if (!sync.ok()) return absl::InvalidArgumentError(absl::StrCat("--", sync.status().message()));
   video.sync = *sync;
-  WEFT_ASSIGN_OR_RETURN(const auto mosaic, MosaicOf(options));
-  video.mosaic = mosaic;
+  WEFT_ASSIGN_OR_RETURN(video.mosaic, MosaicOf(options));
   video.stream.compress = options.compress;
   video.said.set_slate(options.slate);
   video.said.set_name(options.name);

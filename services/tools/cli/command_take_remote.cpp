@@ -14,6 +14,7 @@
 #include "base/mutex.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
+#include "services/formats/files/enum_words.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
@@ -47,20 +48,7 @@ struct RemoteTakeContext {
   std::stop_token stop;
 };
 
-const char* PhaseWord(v1::RecorderPhase phase) {
-  switch (phase) {
-    case v1::RECORDER_PHASE_RECORDING:
-      return "recording";
-    case v1::RECORDER_PHASE_ENDED:
-      return "ended";
-    case v1::RECORDER_PHASE_FAILED:
-      return "failed";
-    case v1::RECORDER_PHASE_RECOVERED:
-      return "recovered";
-    default:
-      return "starting";
-  }
-}
+const char* PhaseWord(v1::RecorderPhase phase) { return EnumWord(phase, "starting"); }
 
 std::string TakeLine(const v1::RecordedTake& take) {
   const v1::RecorderState& state = take.state();
@@ -153,8 +141,7 @@ absl::Status StartRemoteTake(const RemoteTakeContext& context) {
   v1::StartTakeRequest request;
   request.set_lease(options.lease);
   if (!options.session.empty()) {
-    WEFT_ASSIGN_OR_RETURN(const v1::Session session, ReadSession(options.session));
-    *request.mutable_recording()->mutable_session() = session;
+    WEFT_ASSIGN_OR_RETURN(*request.mutable_recording()->mutable_session(), ReadSession(options.session));
   }
   request.mutable_recording()->set_seconds(context.options.seconds);
   request.mutable_recording()->set_no_disk_test(context.options.no_disk_test);

@@ -61,8 +61,7 @@ absl::StatusOr<std::shared_ptr<Replay>> OpenReplay(const ReplayCommandOptions& o
   replay.speed = options.speed;
   if (options.fastest) replay.mode = ReplayMode::kFastest;
   if (options.step) replay.mode = ReplayMode::kStepwise;
-  WEFT_ASSIGN_OR_RETURN(TakeViewOptions view, ParseTakeRange(options.range));
-  replay.view = std::move(view);
+  WEFT_ASSIGN_OR_RETURN(replay.view, ParseTakeRange(options.range));
   return Replay::Open(options.take, replay);
 }
 

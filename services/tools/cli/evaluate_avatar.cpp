@@ -103,8 +103,7 @@ absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
 
 absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
   AvatarScoring scoring = options.scoring;
-  WEFT_ASSIGN_OR_RETURN(const FrameRange frames, ParseScoredFrames(options.frames));
-  scoring.frames = frames;
+  WEFT_ASSIGN_OR_RETURN(scoring.frames, ParseScoredFrames(options.frames));
   const StopOnSignal signals;  // before the first thread
   absl::StatusOr<v1::AvatarEvaluation> evaluation;
   {

@@ -41,8 +41,7 @@ absl::StatusOr<std::unique_ptr<LivePreview>> StartPreview(const PreviewCommandOp
   preview.interval_s = options.interval_s;
   preview.decoded_views = options.decoded_views;
   if (!options.board.empty()) {
-    WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(options.board));
-    preview.board = std::move(board);
+    WEFT_ASSIGN_OR_RETURN(preview.board, ReadBoard(options.board));
   }
   if (!options.garment.empty()) {
     std::vector<std::string> notes;

@@ -97,8 +97,7 @@ absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& f
                                                     const std::stop_token& stop) {
   TemplateSources sources;
   if (!files.panels.empty()) {
-    WEFT_ASSIGN_OR_RETURN(std::vector<uint8_t> labels, ReadPanelMask(files.panels, board.rows, board.cols));
-    sources.panel_labels = std::move(labels);
+    WEFT_ASSIGN_OR_RETURN(sources.panel_labels, ReadPanelMask(files.panels, board.rows, board.cols));
   } else {
     sources.panel_labels = board.panels;
   }

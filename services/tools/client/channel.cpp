@@ -84,8 +84,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> TlsOf(const ClientIden
       {"WEFT_TLS_CERT", {&identity.certificate, &options.pem_cert_chain}},
       {"WEFT_TLS_KEY", {&identity.key, &options.pem_private_key}}};
   for (const auto& [variable, file] : files) {
-    WEFT_ASSIGN_OR_RETURN(std::string text, ReadNamed(variable, *file.first));
-    *file.second = std::move(text);
+    WEFT_ASSIGN_OR_RETURN(*file.second, ReadNamed(variable, *file.first));
   }
   return grpc::SslCredentials(options);
 }
@@ -124,8 +123,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& se
   if (!absl::StartsWith(server, kUnixPrefix)) {
     WEFT_ASSIGN_OR_RETURN(const std::string host, HostOfServer(server));
     if (UsesTls(host, identity)) {
-      WEFT_ASSIGN_OR_RETURN(auto tls, TlsOf(identity));
-      credentials = std::move(tls);
+      WEFT_ASSIGN_OR_RETURN(credentials, TlsOf(identity));
     }
   }
   WEFT_ASSIGN_OR_RETURN(const std::string token, ReadNamed("WEFT_TOKEN_FILE", identity.token_file));

@@ -195,8 +195,7 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
         space_path, ": has ", avatar.space.components(), " components of ", avatar.space.vertices,
         " vertices, ", about_path, " says ", about.components(), " of ", about.vertices()));
   if (about.has_net()) {
-    WEFT_ASSIGN_OR_RETURN(AvatarNet read, NetOfBytes(about.net(), std::move(bytes), folder));
-    avatar.net = std::move(read);
+    WEFT_ASSIGN_OR_RETURN(avatar.net, NetOfBytes(about.net(), std::move(bytes), folder));
   }
   out.about = std::move(about);
   return out;

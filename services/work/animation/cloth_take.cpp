@@ -92,8 +92,7 @@ absl::StatusOr<ClothSource> OpenTruthMeshes(const std::string& folder, double fp
   out.garment = TemplateIn(folder);
   std::string hash;
   if (!out.garment.empty()) {
-    WEFT_ASSIGN_OR_RETURN(std::string read, HashOfTemplate(out.garment));
-    hash = std::move(read);
+    WEFT_ASSIGN_OR_RETURN(hash, HashOfTemplate(out.garment));
   }
   std::vector<std::string> paths;
   for (const std::string& name : names) paths.push_back((truth / name / "mesh.ply").string());
@@ -225,8 +224,7 @@ absl::StatusOr<SharedTemplate> TemplateOfSources(const std::vector<ClothSource>&
     if (out.path.empty()) out.path = source.garment;
   if (out.path.empty())
     return absl::InvalidArgumentError("no source tells which template its meshes have; give --template");
-  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(out.path));
-  out.garment = std::move(garment);
+  WEFT_ASSIGN_OR_RETURN(out.garment, ReadTemplate(out.path));
   const std::string hash = out.garment.ContentHash();
   for (const ClothSource& source : sources)
     for (const ClothTake& take : source.takes)

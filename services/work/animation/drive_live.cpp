@@ -268,8 +268,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
   DriveFrameList list;
   std::shared_ptr<const FrameSource> dump;
   if (!films && !is_followed) {
-    WEFT_ASSIGN_OR_RETURN(DriveFrameList listed, ListDriveFrames(spec, *inputs));
-    list = std::move(listed);
+    WEFT_ASSIGN_OR_RETURN(list, ListDriveFrames(spec, *inputs));
     dump = list.dump;
   } else if (is_followed) {
     // None before its first frame set.

@@ -20,8 +20,7 @@ absl::StatusOr<GrowingTake> GrowingTake::Open(const std::string& folder, const R
   for (const CameraModel& camera : rig.cameras) {
     Stream stream;
     if (std::find(ids.begin(), ids.end(), camera.id) != ids.end()) {
-      WEFT_ASSIGN_OR_RETURN(auto reader, StreamReader::Open(StreamFolder(folder), camera.id));
-      stream.reader = std::move(reader);
+      WEFT_ASSIGN_OR_RETURN(stream.reader, StreamReader::Open(StreamFolder(folder), camera.id));
       stream.recent = stream.reader->records();
       stream.index_path = IndexFile(StreamFolder(folder), camera.id);
       stream.index_bytes = (1 + stream.recent.size()) * kIndexRecordBytes;  // a header of a record's size

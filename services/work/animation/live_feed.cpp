@@ -53,8 +53,7 @@ class FollowedTake : public LiveFeed {
   absl::StatusOr<std::optional<LiveFrame>> Give(const std::vector<RecordedSet>& sets) {
     const RecordedSet& newest = sets.back();
     if (!take_) {
-      WEFT_ASSIGN_OR_RETURN(GrowingTake take, GrowingTake::Open(folder_, rig_));
-      take_ = std::move(take);
+      WEFT_ASSIGN_OR_RETURN(take_, GrowingTake::Open(folder_, rig_));
     }
     WEFT_ASSIGN_OR_RETURN(std::shared_ptr<const FrameSource> source, take_->Read(newest.number));
     LiveFrame frame;

@@ -29,8 +29,7 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
   out.avatar.held_out_frames = about.held_out_frames();
   out.avatar.left_mm = about.left_mm();
   out.avatar.seed = about.training().seed();
-  WEFT_ASSIGN_OR_RETURN(AvatarNet net, NetOfBytes(about.net(), std::move(bytes), folder));
-  out.avatar.net = std::move(net);
+  WEFT_ASSIGN_OR_RETURN(out.avatar.net, NetOfBytes(about.net(), std::move(bytes), folder));
   status = TakeTables(tables, &out.avatar);
   if (status.ok()) status = out.avatar.Validate();
   if (!status.ok())

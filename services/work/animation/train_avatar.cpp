@@ -83,9 +83,8 @@ absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const On
   AvatarNet net;
   if (request.net) {
     WEFT_RETURN_IF_ERROR(BeginTrainingFolder(folder, RecipeOf(about, garment, request)));
-    WEFT_ASSIGN_OR_RETURN(AvatarNet trained, TrainNet(takes, request, folder, on_progress, stop,
-                                                      about.mutable_net()->mutable_training()));
-    net = std::move(trained);
+    WEFT_ASSIGN_OR_RETURN(
+        net, TrainNet(takes, request, folder, on_progress, stop, about.mutable_net()->mutable_training()));
   }
   const TrainingFrames frames = takes.Frames();
   WEFT_ASSIGN_OR_RETURN(SparseViewAvatar avatar,

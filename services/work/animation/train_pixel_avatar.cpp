@@ -67,8 +67,7 @@ class PixelTraining {
       WEFT_RETURN_IF_ERROR(request_.trainer(task, stop_));
     }
     WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(Path(kPriorFile)));
-    WEFT_ASSIGN_OR_RETURN(GraphPrior prior, DecodePrior(bytes, std::move(unit), Path(kPriorFile)));
-    avatar->prior = std::move(prior);
+    WEFT_ASSIGN_OR_RETURN(avatar->prior, DecodePrior(bytes, std::move(unit), Path(kPriorFile)));
     return absl::OkStatus();
   }
 
@@ -84,8 +83,7 @@ class PixelTraining {
                          request_.hours,   request_.seed,      request_.threads};
       WEFT_RETURN_IF_ERROR(request_.trainer(task, stop_));
     }
-    WEFT_ASSIGN_OR_RETURN(AvatarNet net, ReadTrainedNet(folder_, request_.samples.atlas, training));
-    avatar->net = std::move(net);
+    WEFT_ASSIGN_OR_RETURN(avatar->net, ReadTrainedNet(folder_, request_.samples.atlas, training));
     return absl::OkStatus();
   }
 

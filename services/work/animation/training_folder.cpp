@@ -68,8 +68,7 @@ absl::StatusOr<AvatarNet> ReadTrainedNet(const std::string& folder, const AtlasO
   WEFT_RETURN_IF_ERROR(ReadJsonFile(path(kTrainingFile), *training));
   AvatarNet out;
   out.atlas = atlas;
-  WEFT_ASSIGN_OR_RETURN(std::string onnx, ReadWholeFile(path(kAvatarNetFile)));
-  out.onnx = std::move(onnx);
+  WEFT_ASSIGN_OR_RETURN(out.onnx, ReadWholeFile(path(kAvatarNetFile)));
   WEFT_ASSIGN_OR_RETURN(const std::string sample, ReadWholeFile(path(kAvatarSampleFile)));
   WEFT_RETURN_IF_ERROR(DecodeNetSample(sample, path(kAvatarSampleFile), &out));
   return out;

@@ -130,8 +130,7 @@ absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
   child.exit_ = UniqueFd(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
   if (!child.exit_.open()) return SpawnError(program, errno);
   if (child_settings.record_folder.empty()) return child;
-  WEFT_ASSIGN_OR_RETURN(ProcessRecord record, ProcessRecord::Make(child_settings.record_folder, pid));
-  child.record_ = std::move(record);
+  WEFT_ASSIGN_OR_RETURN(child.record_, ProcessRecord::Make(child_settings.record_folder, pid));
   return child;
 }
 

@@ -122,8 +122,7 @@ absl::Status ResultLock::Renew() {
   }
   WEFT_RETURN_IF_ERROR(CreateFolders(folder_.path()));
   holder_.reset();
-  WEFT_ASSIGN_OR_RETURN(ResultLock again, Acquire(folder_.path(), owner_, std::chrono::milliseconds(0)));
-  *this = std::move(again);
+  WEFT_ASSIGN_OR_RETURN(*this, Acquire(folder_.path(), owner_, std::chrono::milliseconds(0)));
   return absl::OkStatus();
 }
 

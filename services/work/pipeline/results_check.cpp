@@ -87,8 +87,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
   for (size_t i = 0; i < frames.size(); ++i) {
     if (!IsResult(frames[i].state())) continue;
     if (base.ok()) {
-      WEFT_ASSIGN_OR_RETURN(Found looked, LookAt(*base, like, inputs, frames[i].frame()));
-      found[i] = std::move(looked);
+      WEFT_ASSIGN_OR_RETURN(found[i], LookAt(*base, like, inputs, frames[i].frame()));
     } else {
       found[i].problem = "its folder is gone";
     }

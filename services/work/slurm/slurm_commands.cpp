@@ -76,8 +76,7 @@ absl::StatusOr<SlurmCommands> SlurmCommands::Find(const std::string& folder) {
                                    {"squeue", &commands.squeue_},
                                    {"scancel", &commands.scancel_},
                                    {"scontrol", &commands.scontrol_}}) {
-    WEFT_ASSIGN_OR_RETURN(std::string found, FindCommand(name, folder));
-    *file = std::move(found);
+    WEFT_ASSIGN_OR_RETURN(*file, FindCommand(name, folder));
   }
   return commands;
 }

@@ -54,8 +54,7 @@ absl::Status TaskFolder::Write(const std::vector<const v1::Task*>& tasks, const 
                                const PathMap& map) const {
   std::string setup;
   if (!options.setup_file.empty()) {
-    WEFT_ASSIGN_OR_RETURN(std::string read, ReadWholeFile(options.setup_file, kMaxSetupBytes));
-    setup = std::move(read);
+    WEFT_ASSIGN_OR_RETURN(setup, ReadWholeFile(options.setup_file, kMaxSetupBytes));
   }
   WEFT_RETURN_IF_ERROR(CreateFolders(folder_));
   for (size_t i = 0; i < tasks.size(); ++i) {

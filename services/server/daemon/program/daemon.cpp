@@ -157,9 +157,8 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Catalogue> catalogue,
                         Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"), EndAtOnce));
   WEFT_RETURN_IF_ERROR(AwaitEarlierProcesses(options.state_folder));
-  WEFT_ASSIGN_OR_RETURN(auto opened,
+  WEFT_ASSIGN_OR_RETURN(parts.notices,
                         EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices));
-  parts.notices = std::move(opened);
   for (const std::string& warning : catalogue->warnings()) spdlog::warn("{}", warning);
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Executor> executor, MakeExecutor(options, share));
   JobQueueOptions queue_options;
@@ -306,19 +305,15 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
   daemon->parts_->drain = std::make_unique<Drain>(options.on_drained);
-  WEFT_ASSIGN_OR_RETURN(auto queue, MakeQueue(options, share, *daemon->parts_));
-  daemon->parts_->queue = std::move(queue);
-  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Library> library, Library::Open(options.state_folder));
-  daemon->parts_->library = std::move(library);
+  WEFT_ASSIGN_OR_RETURN(daemon->parts_->queue, MakeQueue(options, share, *daemon->parts_));
+  WEFT_ASSIGN_OR_RETURN(daemon->parts_->library, Library::Open(options.state_folder));
 
   const v1::ServerInfo info = InfoOf(options, policy, share);
   Parts& parts = *daemon->parts_;
-  WEFT_ASSIGN_OR_RETURN(auto session_registry,
+  WEFT_ASSIGN_OR_RETURN(parts.session_registry,
                         SessionRegistry::Create(absl::StrCat(options.state_folder, "/sessions")));
-  parts.session_registry = std::move(session_registry);
   parts.take_store = std::make_unique<TakeStore>(TakeKeepingOf(options, policy, parts));
-  WEFT_ASSIGN_OR_RETURN(auto operations, OperationQueue::Create(OperationsOf(options, policy, parts)));
-  parts.operation_queue = std::move(operations);
+  WEFT_ASSIGN_OR_RETURN(parts.operation_queue, OperationQueue::Create(OperationsOf(options, policy, parts)));
   parts.take_store->Begin();
   const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
     return CallerOf(context, *parts.access);

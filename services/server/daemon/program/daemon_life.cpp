@@ -41,8 +41,7 @@ class DaemonLife {
     // Before any thread starts.
     const StopOnSignal signals([this] { AskForReload(); });
     setup_.options.on_drained = [this] { AskForStop(); };
-    WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Daemon> daemon, Daemon::Start(setup_.options));
-    daemon_ = std::move(daemon);
+    WEFT_ASSIGN_OR_RETURN(daemon_, Daemon::Start(setup_.options));
     spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each",
                  absl::StrJoin(daemon_->addresses(), ", "), daemon_->workers(),
                  daemon_->threads_per_worker());

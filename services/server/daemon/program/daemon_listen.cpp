@@ -112,10 +112,9 @@ absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const ListenAddress address, ParseListenAddress(options.metrics_listen));
   WEFT_ASSIGN_OR_RETURN(ListeningSocket socket, ListenAt(address));
   metrics_address_ = socket.address;
-  WEFT_ASSIGN_OR_RETURN(auto page, ServeMetricsPage(std::move(socket), options.tls,
-                                                    {*parts_->metrics, *parts_->access, *parts_->audit,
-                                                     options.console_hosts}));
-  parts_->metrics_page = std::move(page);
+  WEFT_ASSIGN_OR_RETURN(parts_->metrics_page, ServeMetricsPage(std::move(socket), options.tls,
+                                                               {*parts_->metrics, *parts_->access,
+                                                                *parts_->audit, options.console_hosts}));
   return absl::OkStatus();
 }
 
@@ -134,12 +133,11 @@ absl::Status Daemon::ServeConsole(const DaemonOptions& options) {
   console.session_file = absl::StrCat(options.state_folder, "/console.json");
   console.cookie_suffix = console_address_.substr(console_address_.rfind(':') + 1);
   console.version = WEFT_VERSION;
-  WEFT_ASSIGN_OR_RETURN(auto started,
+  WEFT_ASSIGN_OR_RETURN(parts_->console,
                         Console::Start(std::move(socket.socket), std::move(console),
                                        {*parts_->access, *parts_->audit, [this](const std::string& browser) {
                                           return parts_->connections->ConnectConsole(browser);
                                         }}));
-  parts_->console = std::move(started);
   return absl::OkStatus();
 }
 
@@ -147,9 +145,7 @@ absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
   const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
   parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
   parts_->limits = std::make_unique<CallLimits>(options.caller_limits);
-  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<AuditLog> audit,
-                        AuditLog::Open(AuditLogFile(options.state_folder), warn));
-  parts_->audit = std::move(audit);
+  WEFT_ASSIGN_OR_RETURN(parts_->audit, AuditLog::Open(AuditLogFile(options.state_folder), warn));
   if (!options.tls.client_revocations.empty())
     parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
   return absl::OkStatus();
