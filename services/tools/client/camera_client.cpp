@@ -9,9 +9,7 @@
 namespace weft {
 
 absl::StatusOr<v1::CameraList> CameraClient::List() {
-  return CallDaemon<v1::CameraList>(connection_, [&](grpc::ClientContext* context, v1::CameraList* list) {
-    return stub_->ListCameras(context, {}, list);
-  });
+  return CallDaemon(connection_, *stub_, &v1::Cameras::Stub::ListCameras, v1::ListCamerasRequest());
 }
 
 absl::StatusOr<std::vector<v1::CameraLook>> CameraClient::Look(const v1::LookAtCamerasRequest& request) {

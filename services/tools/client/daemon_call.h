@@ -2,9 +2,13 @@
 #pragma once
 
 #include <grpcpp/client_context.h>
+#include <grpcpp/support/sync_stream.h>
 
 #include <chrono>
+#include <functional>
+#include <memory>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 #include "absl/status/statusor.h"
@@ -64,6 +68,53 @@ absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Call cal
   }
 }
 
+// A unary method of a service's stub.
+template <typename Stub, typename Request, typename Answer>
+using DaemonMethod = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Answer*);
+
+// The same of one method and its request.
+template <typename Stub, typename Request, typename Answer>
+absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Stub& stub,
+                                  DaemonMethod<Stub, Request, Answer> method, const Request& request,
+                                  std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  return CallDaemon<Answer>(
+      connection,
+      [&](grpc::ClientContext* context, Answer* answer) { return (stub.*method)(context, request, answer); },
+      patience);
+}
+
+// The same, but once, of what may not be done twice: a busy daemon alone is asked again, since it did
+// nothing.
+template <typename Stub, typename Request, typename Answer>
+absl::StatusOr<Answer> CallDaemonOnce(const RegistrationClient& connection, Stub& stub,
+                                      DaemonMethod<Stub, Request, Answer> method, const Request& request,
+                                      std::chrono::milliseconds patience) {
+  Answer answer;
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return (stub.*method)(&context, request, &answer);
+  });
+  if (!status.ok()) return connection.Explain(status);
+  return answer;
+}
+
+// Reads a stream of messages to its end, with `update` of each. `stop` ends it.
+template <typename Message, typename Stub, typename Request>
+grpc::Status ReadStream(Stub& stub,
+                        std::unique_ptr<grpc::ClientReader<Message>> (Stub::*method)(grpc::ClientContext*,
+                                                                                     const Request&),
+                        const Request& request, const std::stop_token& stop,
+                        const std::function<void(const Message&)>& update) {
+  return CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+    const auto stream = (stub.*method)(&context, request);
+    for (Message message; stream->Read(&message);) update(message);
+    return stream->Finish();
+  });
+}
+
 // The pages of a list as one answer: the first `most` entries, or all where it is 0. `count` tells how many
 // an answer has. Errors of CallDaemon.
 template <typename Answer, typename Request, typename Call, typename Count>
@@ -81,6 +132,19 @@ absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Reques
     if (page.next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
     request.set_page_token(page.next_page_token());
   }
+}
+
+// The same of a method; `count` is of the answer: &v1::ListTakesResponse::takes_size.
+template <typename Stub, typename Request, typename Answer>
+absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Stub& stub,
+                                    DaemonMethod<Stub, Request, Answer> method, const Request& request,
+                                    int most, int (Answer::*count)() const) {
+  return CallForPages<Answer>(
+      connection, request, most,
+      [&](grpc::ClientContext* context, const Request& asked, Answer* answer) {
+        return (stub.*method)(context, asked, answer);
+      },
+      [count](const Answer& answer) { return (answer.*count)(); });
 }
 
 }  // namespace weft

@@ -25,9 +25,7 @@ constexpr size_t kSentPieceBytes = size_t{256} << 10;
 constexpr size_t kSentManifestBytes = size_t{512} << 10;
 constexpr int kMaxTries = 5;  // in a row without any progress
 
-void SetLibraryPatience(grpc::ClientContext& context) {
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(10));
-}
+constexpr std::chrono::minutes kLibraryPatience{10};
 
 // Broken calls, those that a busy daemon refused, and uploads that others finish or change meanwhile.
 bool IsWorthAnotherTry(const absl::Status& status) {
@@ -63,7 +61,7 @@ absl::StatusOr<v1::BeginUploadResponse> LibraryClient::Begin(const v1::BeginUplo
 grpc::Status LibraryClient::SendManifest(const v1::BeginUploadRequest& request,
                                          v1::BeginUploadResponse* response) {
   grpc::ClientContext context;
-  SetLibraryPatience(context);
+  context.set_deadline(std::chrono::system_clock::now() + kLibraryPatience);
   const auto stream = stub_->BeginUpload(&context, response);
   v1::BeginUploadRequest message;
   message.set_kind(request.kind());
@@ -183,13 +181,9 @@ absl::StatusOr<v1::ListItemsResponse> LibraryClient::List(v1::ItemKind kind) {
   request.set_kind(kind);
   v1::ListItemsResponse all;
   do {
-    v1::ListItemsResponse page;
-    const grpc::Status status = CallWhenAdmitted([&] {
-      grpc::ClientContext context;
-      SetLibraryPatience(context);
-      return stub_->ListItems(&context, request, &page);
-    });
-    if (!status.ok()) return connection_.Explain(status);
+    WEFT_ASSIGN_OR_RETURN(
+        const v1::ListItemsResponse page,
+        CallDaemonOnce(connection_, *stub_, &v1::Library::Stub::ListItems, request, kLibraryPatience));
     request.set_page_token(page.next_page_token());
     all.MergeFrom(page);
   } while (!request.page_token().empty());
@@ -201,14 +195,7 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::Get(v1::ItemKind kind, const std:
   v1::GetItemRequest request;
   request.set_kind(kind);
   request.set_item(item);
-  v1::LibraryItem response;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    SetLibraryPatience(context);
-    return stub_->GetItem(&context, request, &response);
-  });
-  if (!status.ok()) return connection_.Explain(status);
-  return response;
+  return CallDaemonOnce(connection_, *stub_, &v1::Library::Stub::GetItem, request, kLibraryPatience);
 }
 
 // Under a temporary name until its hash is known. A broken transfer goes on where it was.
@@ -280,14 +267,7 @@ absl::StatusOr<v1::DeleteItemResponse> LibraryClient::Delete(v1::ItemKind kind, 
   v1::DeleteItemRequest request;
   request.set_kind(kind);
   request.set_item(item);
-  v1::DeleteItemResponse response;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    SetLibraryPatience(context);
-    return stub_->DeleteItem(&context, request, &response);
-  });
-  if (!status.ok()) return connection_.Explain(status);
-  return response;
+  return CallDaemonOnce(connection_, *stub_, &v1::Library::Stub::DeleteItem, request, kLibraryPatience);
 }
 
 }  // namespace weft

@@ -54,68 +54,43 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
 absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& request) {
   const std::chrono::minutes patience(10);
   if (!request.idempotency_key().empty()) {
-    return CallDaemon<v1::Job>(
-        *this,
-        [&](grpc::ClientContext* context, v1::Job* job) { return stub_->SubmitJob(context, request, job); },
-        patience);
+    return CallDaemon(*this, *stub_, &v1::Jobs::Stub::SubmitJob, request, patience);
   }
-  v1::Job job;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + patience);
-    return stub_->SubmitJob(&context, request, &job);
-  });
-  if (!status.ok()) return Explain(status);
-  return job;
+  return CallDaemonOnce(*this, *stub_, &v1::Jobs::Stub::SubmitJob, request, patience);
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
   v1::GetJobRequest request;
   request.set_job_id(job_id);
-  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
-    return stub_->GetJob(context, request, job);
-  });
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::GetJob, request);
 }
 
 absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
   constexpr int kUsual = 100;  // as the daemon's
-  WEFT_ASSIGN_OR_RETURN(
-      const auto response,
-      CallForPages<v1::ListJobsResponse>(
-          *this, v1::ListJobsRequest(), limit == 0 ? kUsual : limit,
-          [&](grpc::ClientContext* context, const v1::ListJobsRequest& request,
-              v1::ListJobsResponse* answer) { return stub_->ListJobs(context, request, answer); },
-          [](const v1::ListJobsResponse& answer) { return answer.jobs_size(); }));
+  WEFT_ASSIGN_OR_RETURN(const auto response,
+                        CallForPages(*this, *stub_, &v1::Jobs::Stub::ListJobs, v1::ListJobsRequest(),
+                                     limit == 0 ? kUsual : limit, &v1::ListJobsResponse::jobs_size));
   return std::vector<v1::Job>(response.jobs().begin(), response.jobs().end());
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
   v1::ListFramesRequest request;
   request.set_job_id(job_id);
-  WEFT_ASSIGN_OR_RETURN(
-      const auto response,
-      CallForPages<v1::ListFramesResponse>(
-          *this, request, 0,
-          [&](grpc::ClientContext* context, const v1::ListFramesRequest& asked,
-              v1::ListFramesResponse* answer) { return stub_->ListFrames(context, asked, answer); },
-          [](const v1::ListFramesResponse& answer) { return answer.frames_size(); }));
+  WEFT_ASSIGN_OR_RETURN(const auto response, CallForPages(*this, *stub_, &v1::Jobs::Stub::ListFrames, request,
+                                                          0, &v1::ListFramesResponse::frames_size));
   return std::vector<v1::FrameInfo>(response.frames().begin(), response.frames().end());
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
-  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
-    return stub_->CancelJob(context, request, job);
-  });
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::CancelJob, request);
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
   v1::RetryJobRequest request;
   request.set_job_id(job_id);
-  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
-    return stub_->RetryJob(context, request, job);
-  });
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::RetryJob, request);
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
@@ -124,17 +99,12 @@ absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
   v1::WatchJobRequest request;
   request.set_job_id(job_id);
   v1::Job last;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
-    const auto stream = stub_->WatchJob(&context, request);
-    v1::JobUpdate message;
-    while (stream->Read(&message)) {
-      last = message.job();
-      if (update) update(message);
-    }
-    return stream->Finish();
-  });
+  const auto keep = [&](const v1::JobUpdate& now) {
+    last = now.job();
+    if (update) update(now);
+  };
+  const grpc::Status status =
+      ReadStream<v1::JobUpdate>(*stub_, &v1::Jobs::Stub::WatchJob, request, stop, keep);
   if (status.ok()) return last;
   if (stop.stop_requested()) {
     return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " continues at ", server_));

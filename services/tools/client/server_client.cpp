@@ -5,6 +5,8 @@
 #include <chrono>
 #include <thread>
 
+#include "services/tools/client/daemon_call.h"
+
 namespace weft {
 
 absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
@@ -27,13 +29,8 @@ absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
 
 absl::StatusOr<v1::RetentionRehearsal> ServerClient::RehearseRetention(
     const v1::RehearseRetentionRequest& request) {
-  constexpr std::chrono::seconds kCallTimeout{60};
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kCallTimeout);
-  v1::RetentionRehearsal rehearsal;
-  const grpc::Status status = stub_->RehearseRetention(&context, request, &rehearsal);
-  if (!status.ok()) return connection_.Explain(status);
-  return rehearsal;
+  return CallDaemonOnce(connection_, *stub_, &v1::Server::Stub::RehearseRetention, request,
+                        std::chrono::seconds(60));
 }
 
 }  // namespace weft

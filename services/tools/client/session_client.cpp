@@ -11,36 +11,24 @@
 namespace weft {
 
 absl::StatusOr<v1::CaptureSession> SessionClient::Open(const v1::OpenSessionRequest& request) {
-  return CallDaemon<v1::CaptureSession>(connection_,
-                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
-                                          return stub_->OpenSession(context, request, session);
-                                        });
+  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::OpenSession, request);
 }
 
 absl::StatusOr<v1::CaptureSession> SessionClient::Renew(const std::string& lease) {
   v1::RenewSessionRequest request;
   request.set_lease(lease);
-  return CallDaemon<v1::CaptureSession>(connection_,
-                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
-                                          return stub_->RenewSession(context, request, session);
-                                        });
+  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::RenewSession, request);
 }
 
 absl::StatusOr<v1::CaptureSession> SessionClient::Close(const std::string& lease) {
   v1::CloseSessionRequest request;
   request.set_lease(lease);
-  return CallDaemon<v1::CaptureSession>(connection_,
-                                        [&](grpc::ClientContext* context, v1::CaptureSession* session) {
-                                          return stub_->CloseSession(context, request, session);
-                                        });
+  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::CloseSession, request);
 }
 
 absl::StatusOr<v1::ListSessionsResponse> SessionClient::List(int limit) {
-  return CallForPages<v1::ListSessionsResponse>(
-      connection_, v1::ListSessionsRequest(), limit,
-      [&](grpc::ClientContext* context, const v1::ListSessionsRequest& request,
-          v1::ListSessionsResponse* response) { return stub_->ListSessions(context, request, response); },
-      [](const v1::ListSessionsResponse& response) { return response.sessions_size(); });
+  return CallForPages(connection_, *stub_, &v1::Sessions::Stub::ListSessions, v1::ListSessionsRequest(),
+                      limit, &v1::ListSessionsResponse::sessions_size);
 }
 
 absl::Status SessionClient::Hold(const v1::CaptureSession& session, const std::string& lease,

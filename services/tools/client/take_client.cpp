@@ -7,19 +7,13 @@
 
 namespace weft {
 absl::StatusOr<v1::RecordedTake> TakeClient::Start(const v1::StartTakeRequest& request) {
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->StartTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::StartTake, request);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Stop(const std::string& id) {
   v1::StopTakeRequest request;
   request.set_take_id(id);
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->StopTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::StopTake, request);
 }
 
 absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash, const std::string& words) {
@@ -27,56 +21,37 @@ absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash, co
   request.set_trash(trash);
   request.set_words(words);
   constexpr int kUsual = 100;  // as the daemon's
-  return CallForPages<v1::ListTakesResponse>(
-      connection_, request, limit == 0 ? kUsual : limit,
-      [&](grpc::ClientContext* context, const v1::ListTakesRequest& asked, v1::ListTakesResponse* answer) {
-        return stub_->ListTakes(context, asked, answer);
-      },
-      [](const v1::ListTakesResponse& answer) { return answer.takes_size(); });
+  return CallForPages(connection_, *stub_, &v1::Takes::Stub::ListTakes, request, limit == 0 ? kUsual : limit,
+                      &v1::ListTakesResponse::takes_size);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Describe(const v1::DescribeTakeRequest& request) {
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->DescribeTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::DescribeTake, request);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Pin(const std::string& id, bool pinned) {
   v1::PinTakeRequest request;
   request.set_take_id(id);
   request.set_pinned(pinned);
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->PinTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::PinTake, request);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Delete(const std::string& id) {
   v1::DeleteTakeRequest request;
   request.set_take_id(id);
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->DeleteTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::DeleteTake, request);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Restore(const std::string& id) {
   v1::RestoreTakeRequest request;
   request.set_take_id(id);
-  return CallDaemon<v1::RecordedTake>(connection_,
-                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
-                                        return stub_->RestoreTake(context, request, answer);
-                                      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::RestoreTake, request);
 }
 
 absl::StatusOr<v1::EmptyTrashResponse> TakeClient::EmptyTrash(const std::string& id) {
   v1::EmptyTrashRequest request;
   request.set_take_id(id);
-  return CallDaemon<v1::EmptyTrashResponse>(
-      connection_, [&](grpc::ClientContext* context, v1::EmptyTrashResponse* answer) {
-        return stub_->EmptyTrash(context, request, answer);
-      });
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::EmptyTrash, request);
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Watch(const std::string& id,
@@ -85,15 +60,12 @@ absl::StatusOr<v1::RecordedTake> TakeClient::Watch(const std::string& id,
   v1::WatchTakeRequest request;
   request.set_take_id(id);
   v1::RecordedTake take;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
-    const auto stream = stub_->WatchTake(&context, request);
-    while (stream->Read(&take)) {
-      if (update) update(take);
-    }
-    return stream->Finish();
-  });
+  const auto keep = [&](const v1::RecordedTake& now) {
+    take = now;
+    if (update) update(now);
+  };
+  const grpc::Status status =
+      ReadStream<v1::RecordedTake>(*stub_, &v1::Takes::Stub::WatchTake, request, stop, keep);
   if (status.ok()) return take;
   if (stop.stop_requested()) {
     return absl::CancelledError(
