@@ -1,13 +1,8 @@
 #include "services/formats/pcd/pcl_program.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -19,9 +14,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/unique_fd.h"
-
-extern char** environ;
+#include "services/ground/process/spawned_program.h"
 
 namespace weft {
 namespace {
@@ -46,7 +39,7 @@ struct Streams {
 
   absl::Status Open(std::string_view input) {
     for (UniqueFd* fd : {&in, &out, &errors}) {
-      *fd = UniqueFd(memfd_create("weft-pcl", MFD_CLOEXEC));
+      *fd = MemoryFile("weft-pcl");
       if (!fd->open()) return SystemError("no memory file", errno);
     }
     if (const int error = WriteAll(in.get(), input)) return SystemError("its input cannot be stored", error);
@@ -55,40 +48,11 @@ struct Streams {
   }
 };
 
-absl::StatusOr<std::string> ReadAll(const UniqueFd& file) {
-  std::string bytes(static_cast<size_t>(std::max<off_t>(0, lseek(file.get(), 0, SEEK_END))), '\0');
-  for (size_t at = 0; at < bytes.size();) {
-    const ssize_t n = pread(file.get(), bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return SystemError("its output cannot be read", errno);
-    at += static_cast<size_t>(n);
-  }
-  return bytes;
-}
-
-// 0, or errno.
-int Spawn(const std::string& program, const std::string& task, const Streams& streams, pid_t* pid) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, streams.in.get(), STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, streams.out.get(), STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, streams.errors.get(), STDERR_FILENO);
-  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
-  const std::string parent = absl::StrCat(getpid());
-  std::vector<char*> argv;
-  for (const std::string* word : {&program, &task, &parent}) argv.push_back(const_cast<char*>(word->c_str()));
-  argv.push_back(nullptr);
-  const int error = posix_spawn(pid, program.c_str(), &files, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  return error;
-}
-
 // The last line of what it said: that is why it gave up.
 std::string LastLine(const UniqueFd& errors) {
-  const absl::StatusOr<std::string> text = ReadAll(errors);
-  if (!text.ok()) return "";
+  const std::string text = ContentOf(errors);
   const std::vector<std::string> lines =
-      absl::StrSplit(absl::StripAsciiWhitespace(*text), '\n', absl::SkipWhitespace());
+      absl::StrSplit(absl::StripAsciiWhitespace(text), '\n', absl::SkipWhitespace());
   return lines.empty() ? "" : std::string(absl::StripAsciiWhitespace(lines.back()));
 }
 
@@ -106,12 +70,12 @@ absl::StatusOr<std::string> RunPclProgram(const std::string& task, std::string_v
   }
   Streams streams;
   WEFT_RETURN_IF_ERROR(streams.Open(input));
-  pid_t pid = -1;
-  if (const int error = Spawn(ProgramPath(), task, streams, &pid)) return SystemError("cannot start", error);
-  int ended = 0;
-  while (waitpid(pid, &ended, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(ended) && WEXITSTATUS(ended) == kExitDone) return ReadAll(streams.out);
+  SpawnedProgram program;
+  if (const int error = program.Start({ProgramPath(), task, absl::StrCat(getpid())},
+                                      {streams.in.get(), streams.out.get(), streams.errors.get()}))
+    return SystemError("cannot start", error);
+  const int ended = program.Wait();
+  if (WIFEXITED(ended) && WEXITSTATUS(ended) == kExitDone) return ContentOf(streams.out);
   const std::string why = LastLine(streams.errors);
   if (WIFEXITED(ended) && WEXITSTATUS(ended) == kExitBadInput) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", why));

@@ -2,8 +2,6 @@
 // under the GPL.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/ground/process/spawned_program.h"
 
 namespace weft {
 
@@ -26,10 +25,6 @@ class FfmpegProcess {
  public:
   // `arguments` after "ffmpeg -hide_banner -loglevel error -nostdin -y". NotFound: no such program.
   static absl::StatusOr<FfmpegProcess> Start(const std::vector<std::string>& arguments);
-  FfmpegProcess(FfmpegProcess&& other) noexcept;
-  FfmpegProcess& operator=(FfmpegProcess&&) = delete;
-  ~FfmpegProcess();
-
   // To its standard input. Internal: it has ended; the message holds its last words.
   absl::Status Write(const void* bytes, size_t size);
   // From its standard output, as much as is asked for. OutOfRange: it ends before.
@@ -41,9 +36,9 @@ class FfmpegProcess {
   FfmpegProcess() = default;
   std::string LastWords() const;
 
-  pid_t pid_ = -1;
-  int pipe_ = -1;    // both ways
-  int errors_ = -1;  // what it says on standard error
+  SpawnedProgram program_;
+  UniqueFd pipe_;    // both ways
+  UniqueFd errors_;  // what it says on standard error
 };
 
 }  // namespace weft

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,13 +18,11 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/unique_fd.h"
+#include "services/ground/process/spawned_program.h"
 #include "services/studio/recorder/recorder_files.h"
 #include "services/studio/recording/session_file.h"
 #include "services/studio/recording/take_file.h"
 #include "services/studio/recording/take_recovery.h"
-
-extern char** environ;
 
 namespace weft {
 namespace {
@@ -56,27 +53,16 @@ pid_t ProcessOf(const RecorderFiles& files) {
 
 // The program forks and lets go of us; its first process ends when the second holds the lock.
 absl::Status Spawn(const std::string& program, const std::string& folder, const RecorderFiles& files) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, files.log.c_str(), O_WRONLY | O_CREAT | O_APPEND,
-                                   0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  std::vector<std::string> words = {program, folder};
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t pid = 0;
-  const int error = posix_spawn(&pid, program.c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  const UniqueFd log_file(open(files.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
+  SpawnedProgram started;
+  const int error =
+      log_file.open() ? started.Start({program, folder}, {-1, log_file.get(), log_file.get()}) : errno;
   if (error == ENOENT) {
     return absl::NotFoundError(absl::StrCat(program, ": no such program; it is installed beside weftd"));
   }
   if (error != 0)
     return absl::InternalError(absl::StrCat(program, ": cannot be started (", strerror(error), ")"));
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = started.Wait();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return absl::OkStatus();
   const absl::StatusOr<std::string> log = ReadWholeFile(files.log, uint64_t{1} << 20);
   return absl::InternalError(

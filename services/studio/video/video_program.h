@@ -2,8 +2,6 @@
 // confines to that file.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -11,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "services/ground/process/unique_fd.h"
+#include "services/ground/process/spawned_program.h"
 
 namespace weft {
 
@@ -31,10 +29,6 @@ class VideoProgram {
   // weft-video is not installed beside this program. ResourceExhausted: it cannot be started.
   static absl::StatusOr<VideoProgram> Start(const std::string& program, const std::string& file,
                                             const std::vector<std::string>& arguments, Out out);
-  VideoProgram(VideoProgram&&) noexcept;
-  VideoProgram& operator=(VideoProgram&&) = delete;
-  ~VideoProgram();
-
   // From its standard output (kPipe), as much as is asked for. OutOfRange: it ends before. DeadlineExceeded:
   // nothing came for a minute.
   absl::Status Read(void* bytes, size_t size);
@@ -45,9 +39,8 @@ class VideoProgram {
 
  private:
   VideoProgram() = default;
-  void Kill();
 
-  pid_t pid_ = -1;
+  SpawnedProgram program_;
   UniqueFd pipe_, kept_, errors_;
 };
 
