@@ -151,9 +151,8 @@ absl::StatusOr<ClothSummary> WriteClothTake(const SyntheticTakeOptions& options,
     // What was saved by another build is made again; it would be the same.
     take = SyntheticTake::Make(options, on_dress);
     if (!take.ok()) return take.status();
-    absl::Status status = WriteStudio(*take, folder.path());
-    if (status.ok()) status = file.Begin(HeadOf(*take));
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(WriteStudio(*take, folder.path()));
+    WEFT_RETURN_IF_ERROR(file.Begin(HeadOf(*take)));
   }
   out.frames = take->frames();
   out.vertices = static_cast<int>(file.head().vertices);

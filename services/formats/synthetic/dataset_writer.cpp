@@ -127,7 +127,7 @@ absl::StatusOr<DatasetSummary> MakeDataset(
     ++summary.complete;
     summary.frames += spec.frames;
   }
-  if (status = WriteDatasetFile(preset, out); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteDatasetFile(preset, out));
   if (!broken.ok()) return broken;
   return summary;
 }

@@ -256,10 +256,9 @@ absl::StatusOr<v1::LibraryItem> Library::TakeIn(const v1::ItemUpload& upload, co
   item.set_bytes(BytesOf(upload.manifest()));
   item.set_file_count(upload.manifest().files_size());
   *item.add_names() = name;
-  absl::Status status = WriteJsonFile(folder + "/manifest.json", upload.manifest());
-  if (status.ok()) status = WriteJsonFile(folder + "/item.json", item);
-  if (status.ok()) status = Rename(folder, ItemFolder(upload.kind(), id));
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(folder + "/manifest.json", upload.manifest()));
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(folder + "/item.json", item));
+  WEFT_RETURN_IF_ERROR(Rename(folder, ItemFolder(upload.kind(), id)));
   *item.mutable_manifest() = upload.manifest();
   return item;
 }

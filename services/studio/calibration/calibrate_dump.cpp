@@ -107,7 +107,7 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
   result.solution = *std::move(solution);
   result.issues =
       CheckSolution(result.target, *result.solution, request.solve.scale_from_bar, request.checks);
-  if (status = Record(request, &result); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(Record(request, &result));
   return result;
 }
 

@@ -95,9 +95,8 @@ constexpr int64_t kStartWait_ns = 5'000'000'000;
 
 absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   v1::Session session;
-  absl::Status status = ReadJsonFile(path, session);
-  if (status.ok()) status = CheckSession(session, path);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(ReadJsonFile(path, session));
+  WEFT_RETURN_IF_ERROR(CheckSession(session, path));
   for (v1::SessionCamera& camera : *session.mutable_cameras()) {
     if (!camera.has_replay() || absl::StartsWith(camera.replay().take(), kTakePrefix)) continue;
     const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();

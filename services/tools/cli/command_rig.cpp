@@ -95,11 +95,9 @@ absl::Status ImportRig(const RigImportOptions& options) {
   if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
   Rig& rig = foreign.rig;
   rig.id = options.id;
-  status = MayWriteRig(options.out, rig, options.guard);
-  if (!status.ok()) return status;
-  status = WriteRig(options.out, rig,
-                    absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(MayWriteRig(options.out, rig, options.guard));
+  WEFT_RETURN_IF_ERROR(WriteRig(
+      options.out, rig, absl::StrCat("imported from ", std::filesystem::path(from).filename().string())));
   for (const std::string& remark : foreign.remarks) PrintWarning(absl::StrCat(from, ": ", remark));
   const CameraModel& first = rig.cameras[0];
   std::printf("%s: %zu cameras, %dx%d px, hash %s\n", options.out.c_str(), rig.cameras.size(), first.width_px,

@@ -137,8 +137,7 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
                         ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id,
                                        std::move(mesh), std::move(nodes), board));
   const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, board, &garment);
-  status = InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status());
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status()));
   GarmentParts parts;
   parts.board_rows = board.rows, parts.board_cols = board.cols;
   parts.any_scale = options.allow_scale;
@@ -152,12 +151,10 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  status = MayWriteTemplate(options.out, garment, options.guard);
-  if (!status.ok()) return status;
-  status = WriteTemplateWithParts(
+  WEFT_RETURN_IF_ERROR(MayWriteTemplate(options.out, garment, options.guard));
+  WEFT_RETURN_IF_ERROR(WriteTemplateWithParts(
       options.out, garment, parts,
-      absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
-  if (!status.ok()) return status;
+      absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells))));
   for (const std::string& note : *notes) PrintWarning(absl::StrCat(options.mesh, ": ", note));
   PrintSummary(options, garment);
   return absl::OkStatus();

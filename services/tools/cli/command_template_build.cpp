@@ -110,15 +110,14 @@ absl::Status Build(BuildOptions options, bool quiet) {
   for (const std::string& path : sources->cloud_names) {
     names.push_back(std::filesystem::path(path).filename().string());
   }
-  absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
-                                               absl::StrCat("built from ", absl::StrJoin(names, ", ")));
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteTemplateWithParts(options.out, built->garment, built->parts,
+                                              absl::StrCat("built from ", absl::StrJoin(names, ", "))));
   WEFT_ASSIGN_OR_RETURN(v1::TemplateSummary summary, SummaryOf(*built));
   WEFT_ASSIGN_OR_RETURN(const std::string report,
                         MakeTemplateReport(*built, {options.from.board, options.from.panels,
                                                     sources->cloud_names, summary.verdict()}));
-  status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), report);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(
+      WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), report));
   *summary.mutable_options() = pipeline.message;
   if (options.json) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(summary));

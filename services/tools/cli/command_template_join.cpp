@@ -44,10 +44,8 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
                         CheckTemplateOnBoard(joint.garment, board, joint.parts.any_scale));
   for (const auto* notes : {&size.off, &size.unchecked})
     for (const std::string& note : *notes) PrintWarning(note);
-  absl::Status status = MayWriteTemplate(options.out, joint.garment, options.guard);
-  if (!status.ok()) return status;
-  status = WriteTemplateWithParts(options.out, joint.garment, joint.parts, "weft template join");
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(MayWriteTemplate(options.out, joint.garment, options.guard));
+  WEFT_RETURN_IF_ERROR(WriteTemplateWithParts(options.out, joint.garment, joint.parts, "weft template join"));
   std::printf("%s/template.json: %zu vertices, %zu faces, hash %s\n", options.out.c_str(),
               joint.garment.rest.vertices_mm.size(), joint.garment.rest.faces.size(),
               joint.garment.ContentHash().c_str());

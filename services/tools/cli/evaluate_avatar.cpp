@@ -114,9 +114,8 @@ absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
   if (!evaluation.ok()) return evaluation.status();
   if (!options.out.empty()) {
     const std::string path = (std::filesystem::path(options.out) / "avatar-evaluation.json").string();
-    absl::Status status = CreateFolders(options.out);
-    if (status.ok()) status = WriteJsonFile(path, *evaluation);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(options.out));
+    WEFT_RETURN_IF_ERROR(WriteJsonFile(path, *evaluation));
   }
   if (options.json) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(*evaluation));

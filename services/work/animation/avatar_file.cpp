@@ -170,8 +170,7 @@ absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string&
 absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, const std::string& folder) {
   const std::string about_path = PathInAvatar(folder, kAvatarFile),
                     space_path = PathInAvatar(folder, kAvatarSpaceFile);
-  absl::Status status = CheckAvatarBytes(about, bytes, folder);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckAvatarBytes(about, bytes, folder));
   WEFT_ASSIGN_OR_RETURN(const std::vector<AvatarTable> tables, DecodeAvatarSpace(bytes.space, space_path));
   AvatarFile out;
   SparseViewAvatar& avatar = out.avatar;
@@ -186,7 +185,7 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, c
   avatar.training.seed = about.training().seed();
   avatar.held_out_check = CheckOf(about.held_out_check());
   avatar.left_out_check = CheckOf(about.left_out_check());
-  status = TakeTables(tables, &avatar);
+  absl::Status status = TakeTables(tables, &avatar);
   if (status.ok()) status = avatar.Validate();
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat(space_path, ": ", std::string(status.message())));

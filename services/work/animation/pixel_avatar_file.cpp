@@ -17,8 +17,7 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
   const std::string space_path = PathInAvatar(folder, kAvatarSpaceFile);
   if (!about.has_net())
     return absl::InvalidArgumentError(absl::StrCat(PathInAvatar(folder, kAvatarFile), ": net is missing"));
-  absl::Status status = CheckAvatarBytes(about, bytes, folder);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckAvatarBytes(about, bytes, folder));
   WEFT_ASSIGN_OR_RETURN(const std::vector<AvatarTable> tables, DecodeAvatarSpace(bytes.space, space_path));
   PixelAvatarFile out;
   out.avatar.template_hash = about.template_hash();
@@ -30,7 +29,7 @@ absl::StatusOr<PixelAvatarFile> AssemblePixelAvatar(v1::Avatar about, AvatarByte
   out.avatar.left_mm = about.left_mm();
   out.avatar.seed = about.training().seed();
   WEFT_ASSIGN_OR_RETURN(out.avatar.net, NetOfBytes(about.net(), std::move(bytes), folder));
-  status = TakeTables(tables, &out.avatar);
+  absl::Status status = TakeTables(tables, &out.avatar);
   if (status.ok()) status = out.avatar.Validate();
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat(space_path, ": ", std::string(status.message())));

@@ -206,10 +206,9 @@ class AvatarScorer {
         std::filesystem::path(scoring_.meshes) /
         absl::StrCat(std::filesystem::path(take.name()).filename().string(), "-", cameras) /
         absl::StrFormat("%04d", frame);
-    absl::Status status = CreateFolders(folder.string());
-    if (!status.ok()) return status;
-    status = WriteRegisteredMesh((folder / "mesh.ply").string(), driven.mesh, garment_.rest.faces);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(CreateFolders(folder.string()));
+    WEFT_RETURN_IF_ERROR(
+        WriteRegisteredMesh((folder / "mesh.ply").string(), driven.mesh, garment_.rest.faces));
     return WriteMesh((folder / "truth.ply").string(), {truth.vertices_mm, garment_.rest.faces});
   }
 

@@ -90,12 +90,11 @@ absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const On
   WEFT_ASSIGN_OR_RETURN(SparseViewAvatar avatar,
                         LearnSparseView(garment, frames, request.training, on_progress, stop));
   avatar.net = std::move(net);
-  absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &avatar);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CalibrateSparseView(garment, frames, on_progress, stop, &avatar));
   std::string remark;
   if (request.net && avatar.net.empty()) remark = WhyLeftOut(avatar.net.gain);
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-  if (status = WriteAvatar(request.out, std::move(about), avatar); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WriteAvatar(request.out, std::move(about), avatar));
   if (request.net && !request.net->keep) {
     std::error_code ignored;  // it has served
     fs::remove_all(folder, ignored);

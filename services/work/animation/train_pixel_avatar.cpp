@@ -52,9 +52,8 @@ class PixelTraining {
     if (!Exists(kLeftFile)) {
       WEFT_ASSIGN_OR_RETURN(const auto poses, FitGraphPoses(takes_, graph, request_.fit, request_.every,
                                                             StageOf("graph"), stop_));
-      absl::Status status = WriteFileAtomically(Path(kPosesFile), EncodePriorTask(graph, unit, poses));
-      if (status.ok()) status = WriteFileAtomically(Path(kLeftFile), absl::StrCat(poses.learnt_left_mm));
-      if (!status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(WriteFileAtomically(Path(kPosesFile), EncodePriorTask(graph, unit, poses)));
+      WEFT_RETURN_IF_ERROR(WriteFileAtomically(Path(kLeftFile), absl::StrCat(poses.learnt_left_mm)));
     }
     WEFT_ASSIGN_OR_RETURN(const std::string left, ReadWholeFile(Path(kLeftFile)));
     if (!absl::SimpleAtod(left, &avatar->left_mm))
@@ -112,18 +111,16 @@ absl::StatusOr<PixelAvatarFile> TrainPixelAvatar(
     const PixelAvatarRequest& request,
     const std::function<void(std::string_view stage, double share)>& on_progress,
     const std::stop_token& stop) {
-  absl::Status status = request.graph.Validate();
-  if (status.ok()) status = request.fit.Validate();
-  if (status.ok()) status = CheckAvatarPlace(request.out);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(request.graph.Validate());
+  WEFT_RETURN_IF_ERROR(request.fit.Validate());
+  WEFT_RETURN_IF_ERROR(CheckAvatarPlace(request.out));
   WEFT_ASSIGN_OR_RETURN(TrainingTakes takes,
                         TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps));
-  if (status = CheckFixedCameras(takes, request.seed); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(CheckFixedCameras(takes, request.seed));
   WEFT_ASSIGN_OR_RETURN(v1::Avatar about, DescribeSources(takes));
   const Template& garment = takes.garment();
   const std::string folder = TrainingFolderOf(request.out);
-  if (status = BeginTrainingFolder(folder, RecipeOfPixels(about, garment, request)); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(BeginTrainingFolder(folder, RecipeOfPixels(about, garment, request)));
   PixelAvatar avatar;
   avatar.template_hash = garment.ContentHash();
   avatar.board_hash = garment.board_hash;
@@ -137,11 +134,10 @@ absl::StatusOr<PixelAvatarFile> TrainPixelAvatar(
     avatar.held_out_frames += told[t].frames - LearntFrames(told, t);
   }
   PixelTraining training(request, takes, on_progress, stop);
-  if (status = training.LearnPrior(&avatar); !status.ok()) return status;
-  if (status = training.LearnNet(&avatar, about.mutable_net()->mutable_training()); !status.ok())
-    return status;
+  WEFT_RETURN_IF_ERROR(training.LearnPrior(&avatar));
+  WEFT_RETURN_IF_ERROR(training.LearnNet(&avatar, about.mutable_net()->mutable_training()));
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-  if (status = WritePixelAvatar(request.out, std::move(about), avatar); !status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(WritePixelAvatar(request.out, std::move(about), avatar));
   if (!request.keep) {
     std::error_code ignored;  // it has served
     fs::remove_all(folder, ignored);

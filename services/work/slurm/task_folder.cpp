@@ -63,9 +63,8 @@ absl::Status TaskFolder::Write(const std::vector<const v1::Task*>& tasks, const 
     task.set_state_folder(options.state_folder);
     task.set_scratch_folder(options.scratch_folder);
     task.set_scratch_mib(options.scratch_folder.empty() ? 0 : options.scratch_mib);
-    absl::Status status = map.Apply(task);
-    if (status.ok()) status = WriteJsonFile(TaskFile(static_cast<int>(i)), task);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(map.Apply(task));
+    WEFT_RETURN_IF_ERROR(WriteJsonFile(TaskFile(static_cast<int>(i)), task));
   }
   return WriteFileAtomically(Script(), ScriptText(map.OnNodes(folder_), options, setup));
 }
