@@ -37,11 +37,9 @@ absl::StatusOr<v1::PipelineOptions> PresetOptions(std::string_view name) {
 
 absl::StatusOr<v1::PipelineOptions> EffectiveOptions(std::string_view preset,
                                                      const v1::PipelineOptions& changes) {
-  absl::StatusOr<v1::PipelineOptions> all = PresetOptions(preset);
-  if (!all.ok()) return all;
-  all->MergeFrom(changes);
-  const absl::StatusOr<PipelineOptions> checked = ReadOptions(*all);
-  if (!checked.ok()) return checked.status();
+  WEFT_ASSIGN_OR_RETURN(v1::PipelineOptions all, PresetOptions(preset));
+  all.MergeFrom(changes);
+  WEFT_RETURN_IF_ERROR(ReadOptions(all).status());
   return all;
 }
 

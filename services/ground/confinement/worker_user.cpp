@@ -48,8 +48,7 @@ bool KeepFileCapability() {
 }  // namespace
 
 absl::Status CheckWorkerUser(const std::string& name) {
-  const absl::StatusOr<UserNumbers> user = FindUser(name);
-  if (!user.ok()) return user.status();
+  WEFT_ASSIGN_OR_RETURN(const UserNumbers user, FindUser(name));
   if (geteuid() != 0) {
     return absl::FailedPreconditionError(
         "--worker-user: needs a daemon of root; start weftd as that user instead, and leave it out");

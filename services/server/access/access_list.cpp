@@ -44,8 +44,7 @@ absl::StatusOr<std::string> NewTokenText() {
 template <typename Change>
 absl::Status ChangeList(const std::string& path, Change change) {
   constexpr std::chrono::seconds kLockTimeout{5};
-  const absl::StatusOr<FileLock> lock = FileLock::Take(path, kLockTimeout);
-  if (!lock.ok()) return lock.status();
+  WEFT_ASSIGN_OR_RETURN(const FileLock lock, FileLock::Take(path, kLockTimeout));
   WEFT_ASSIGN_OR_RETURN(v1::AccessList list, ReadAccessList(path));
   WEFT_RETURN_IF_ERROR(change(list));
   WEFT_ASSIGN_OR_RETURN(const std::string text, ToJson(list));

@@ -78,8 +78,7 @@ absl::StatusOr<bool> CatalogueBackup::Step() { return copy_->Step(kPagesPerStep)
 
 absl::Status CatalogueBackup::Keep() {
   copy_.reset();
-  const absl::StatusOr<StoredCatalogue> content = ReadSound(CopyPath(path_));
-  if (!content.ok()) return content.status();
+  WEFT_RETURN_IF_ERROR(ReadSound(CopyPath(path_)).status());
   std::error_code error;
   for (int number = kBackups; number > 1; --number) {
     const std::string newer = BackupPath(path_, number - 1), older = BackupPath(path_, number);

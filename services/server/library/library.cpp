@@ -173,13 +173,12 @@ absl::StatusOr<v1::LibraryItem> Library::FindHeader(v1::ItemKind kind, const std
 }
 
 absl::StatusOr<v1::LibraryItem> Library::FindLocked(v1::ItemKind kind, const std::string& reference) const {
-  absl::StatusOr<v1::LibraryItem> item = FindHeader(kind, reference);
-  if (!item.ok()) return item;
-  const std::string path = ItemFolder(kind, item->id()) + "/manifest.json";
-  if (absl::Status status = ReadJsonFile(path, *item->mutable_manifest()); !status.ok()) {
+  WEFT_ASSIGN_OR_RETURN(v1::LibraryItem item, FindHeader(kind, reference));
+  const std::string path = ItemFolder(kind, item.id()) + "/manifest.json";
+  if (absl::Status status = ReadJsonFile(path, *item.mutable_manifest()); !status.ok()) {
     return DamagedItem(path, std::string(status.message()));
   }
-  if (!CheckManifest(item->manifest()).ok() || ItemIdOf(item->manifest()) != item->id()) {
+  if (!CheckManifest(item.manifest()).ok() || ItemIdOf(item.manifest()) != item.id()) {
     return DamagedItem(path, "does not fit the item's id");
   }
   return item;
@@ -219,12 +218,11 @@ absl::StatusOr<v1::ItemName> Library::NextName(v1::ItemKind kind, const std::str
 
 absl::StatusOr<v1::LibraryItem> Library::AddNameLocked(v1::ItemKind kind, const std::string& id,
                                                        const std::string& name) {
-  absl::StatusOr<v1::LibraryItem> item = FindLocked(kind, "sha256:" + id);
-  if (!item.ok()) return item;
-  WEFT_RETURN_IF_ERROR(CheckFilesThere(*item, ContentFolder(kind, id)));
-  if (NameIn(*item, name) != nullptr) return item;
-  WEFT_ASSIGN_OR_RETURN(*item->add_names(), NextName(kind, name));
-  v1::LibraryItem header = *item;
+  WEFT_ASSIGN_OR_RETURN(v1::LibraryItem item, FindLocked(kind, "sha256:" + id));
+  WEFT_RETURN_IF_ERROR(CheckFilesThere(item, ContentFolder(kind, id)));
+  if (NameIn(item, name) != nullptr) return item;
+  WEFT_ASSIGN_OR_RETURN(*item.add_names(), NextName(kind, name));
+  v1::LibraryItem header = item;
   header.clear_manifest();
   WEFT_RETURN_IF_ERROR(WriteJsonFile(ItemFolder(kind, id) + "/item.json", header));
   return item;

@@ -152,10 +152,9 @@ std::shared_ptr<Uploads::Upload> Uploads::Know(const std::string& upload_id, v1:
 
 absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string& upload_id,
                                                                const Caller& caller) {
-  absl::StatusOr<std::shared_ptr<Upload>> upload = FindAnybodys(upload_id);
-  if (!upload.ok()) return upload;
+  WEFT_ASSIGN_OR_RETURN(std::shared_ptr<Upload> upload, FindAnybodys(upload_id));
   WEFT_RETURN_IF_ERROR(
-      CheckMayChange(caller, "upload_id", absl::StrCat("upload ", upload_id), (*upload)->what.begun_by()));
+      CheckMayChange(caller, "upload_id", absl::StrCat("upload ", upload_id), upload->what.begun_by()));
   return upload;
 }
 

@@ -56,15 +56,14 @@ absl::Status CheckTakeDescription(const TakeDescription& description) {
 
 absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeDescription& description) {
   WEFT_RETURN_IF_ERROR(CheckTakeDescription(description));
-  absl::StatusOr<v1::Take> take = ReadTakeFile(folder);
-  if (!take.ok()) return take;
+  WEFT_ASSIGN_OR_RETURN(v1::Take take, ReadTakeFile(folder));
   if (IsBeingRecorded(folder))
     return absl::FailedPreconditionError(
         absl::StrCat(folder, ": is being recorded; describe it when it has ended"));
-  if (description.slate) take->set_slate(*description.slate);
-  if (description.name) take->set_name(*description.name);
-  if (description.notes) take->set_notes(*description.notes);
-  WEFT_RETURN_IF_ERROR(WriteTakeFile(folder, *take));
+  if (description.slate) take.set_slate(*description.slate);
+  if (description.name) take.set_name(*description.name);
+  if (description.notes) take.set_notes(*description.notes);
+  WEFT_RETURN_IF_ERROR(WriteTakeFile(folder, take));
   return take;
 }
 

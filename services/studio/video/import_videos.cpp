@@ -244,12 +244,11 @@ absl::StatusOr<std::vector<v1::CameraSync>> Importer::OffsetsBy(SyncWay way) {
       std::vector<v1::VideoFacts> asked;
       for (const v1::VideoFacts& video : videos_)
         if (!options_.given_s.contains(video.camera())) asked.push_back(video);
-      absl::StatusOr<std::vector<v1::CameraSync>> found = OffsetsByTimecode(asked);
-      if (!found.ok()) return found;
+      WEFT_ASSIGN_OR_RETURN(std::vector<v1::CameraSync> found, OffsetsByTimecode(asked));
       std::vector<v1::CameraSync> syncs;
       size_t next = 0;
       for (const v1::VideoFacts& video : videos_)
-        syncs.push_back(options_.given_s.contains(video.camera()) ? v1::CameraSync() : (*found)[next++]);
+        syncs.push_back(options_.given_s.contains(video.camera()) ? v1::CameraSync() : found[next++]);
       return syncs;
     }
     case SyncWay::kFileTimes:

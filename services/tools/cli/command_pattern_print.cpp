@@ -24,11 +24,10 @@ struct PrintCommandOptions {
 };
 
 absl::StatusOr<Board> LoadPrintedBoard(const PrintCommandOptions& options) {
-  absl::StatusOr<Board> board = ReadBoard(options.board);
-  if (!board.ok()) return board;
-  if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
+  WEFT_ASSIGN_OR_RETURN(Board board, ReadBoard(options.board));
+  if (options.cell_mm > 0) board.cell_mm = options.cell_mm;
   if (!options.panels.empty()) {
-    WEFT_ASSIGN_OR_RETURN(board->panels, ReadPanelMask(options.panels, board->rows, board->cols));
+    WEFT_ASSIGN_OR_RETURN(board.panels, ReadPanelMask(options.panels, board.rows, board.cols));
   }
   return board;
 }

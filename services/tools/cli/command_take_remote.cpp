@@ -179,8 +179,7 @@ absl::Status WatchRemoteTake(const RemoteTakeContext& context) {
 }
 
 absl::Status StopRemoteTake(const RemoteTakeContext& context) {
-  const absl::StatusOr<v1::RecordedTake> take = context.client.Stop(context.options.take_id);
-  if (!take.ok()) return take.status();
+  WEFT_RETURN_IF_ERROR(context.client.Stop(context.options.take_id).status());
   return WatchRemoteTake(context);  // until it is closed
 }
 

@@ -104,9 +104,8 @@ absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& op
 }
 
 absl::StatusOr<TriangleMesh> ReadMeshInMm(const TemplateImportOptions& options) {
-  absl::StatusOr<TriangleMesh> mesh = ReadForeignMesh(options.mesh);
-  if (!mesh.ok()) return mesh;
-  for (Eigen::Vector3d& v : mesh->vertices_mm) v *= LengthUnitNamed(options.unit).value().mm;
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadForeignMesh(options.mesh));
+  for (Eigen::Vector3d& v : mesh.vertices_mm) v *= LengthUnitNamed(options.unit).value().mm;
   return mesh;
 }
 

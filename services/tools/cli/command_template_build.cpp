@@ -70,10 +70,9 @@ void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
 
 // Summary of what was built, with warnings and verdict.
 absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
-  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(built.garment, built.parts);
-  if (!summary.ok()) return summary;
-  *summary->mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
-  *summary->mutable_verdict() = TemplateVerdict(*summary);
+  WEFT_ASSIGN_OR_RETURN(v1::TemplateSummary summary, SummarizeTemplate(built.garment, built.parts));
+  *summary.mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
+  *summary.mutable_verdict() = TemplateVerdict(summary);
   return summary;
 }
 

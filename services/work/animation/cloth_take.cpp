@@ -185,12 +185,11 @@ ClothTake ClothTake::OfMeshes(std::string name, std::vector<std::string> paths,
 }
 
 absl::StatusOr<ClothTake> ClothTake::OpenAgain() const {
-  absl::StatusOr<ClothTake> out =
-      reader_ ? OfFramesFile(name_, path_) : OfMeshes(name_, meshes_, names_, fps_, template_hash_);
-  if (!out.ok()) return out;
-  out->split = split;
-  out->folder = folder;
-  out->body = body;
+  WEFT_ASSIGN_OR_RETURN(ClothTake out, reader_ ? OfFramesFile(name_, path_)
+                                               : OfMeshes(name_, meshes_, names_, fps_, template_hash_));
+  out.split = split;
+  out.folder = folder;
+  out.body = body;
   return out;
 }
 
@@ -209,9 +208,8 @@ absl::StatusOr<ClothFrame> ClothTake::Read(int frame) {
 }
 
 absl::StatusOr<ClothSource> OpenClothSource(const std::string& folder, double fps) {
-  absl::StatusOr<ClothSource> source = OpenAnySource(folder, fps);
-  if (!source.ok()) return source;
-  for (ClothTake& take : source->takes)
+  WEFT_ASSIGN_OR_RETURN(ClothSource source, OpenAnySource(folder, fps));
+  for (ClothTake& take : source.takes)
     if (take.motion.empty()) take.motion = folder;
   return source;
 }

@@ -65,11 +65,10 @@ std::vector<std::string> DriveFrameList::Names() const {
 }
 
 absl::StatusOr<v1::RegistrationOptions> EffectiveDriveOptions(const v1::RegistrationOptions& options) {
-  absl::StatusOr<v1::RegistrationOptions> out = EffectiveOptions(options);
-  if (!out.ok()) return out;
-  *out->mutable_pipeline() = OfStages(out->pipeline(), {"decode"});
-  out->set_frames_alone(true);
-  out->set_single_pass(true);
+  WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions out, EffectiveOptions(options));
+  *out.mutable_pipeline() = OfStages(out.pipeline(), {"decode"});
+  out.set_frames_alone(true);
+  out.set_single_pass(true);
   return out;
 }
 

@@ -36,15 +36,14 @@ std::string StartPath(const std::string& frame, const std::string& starts) {
 
 absl::StatusOr<std::string> FrameFingerprint(const FrameSource& dump, size_t index,
                                              const v1::RegistrationOptions& options) {
-  absl::StatusOr<std::string> fingerprint = dump.Fingerprint(index);
-  if (!fingerprint.ok()) return fingerprint;
+  WEFT_ASSIGN_OR_RETURN(std::string fingerprint, dump.Fingerprint(index));
   const std::string& frame = dump.frame_names()[index];
   for (const std::string& file : {ScanPath(frame, options.scans()), StartPath(frame, options.starts())}) {
     if (file.empty()) continue;
     std::error_code error;
     const auto bytes = std::filesystem::file_size(file, error);
     const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
-    absl::StrAppend(&*fingerprint, "+", bytes, "-", written);
+    absl::StrAppend(&fingerprint, "+", bytes, "-", written);
   }
   return fingerprint;
 }

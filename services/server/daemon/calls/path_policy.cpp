@@ -125,36 +125,33 @@ std::vector<std::string> PathPolicy::AllowedButState() const {
 }
 
 absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, const std::string& path) const {
-  absl::StatusOr<std::string> canonical = CheckInputPath(field, path);
-  if (!canonical.ok()) return canonical;
-  WEFT_RETURN_IF_ERROR(CheckLinks(field, *canonical));
+  WEFT_ASSIGN_OR_RETURN(std::string canonical, CheckInputPath(field, path));
+  WEFT_RETURN_IF_ERROR(CheckLinks(field, canonical));
   return canonical;
 }
 
 absl::StatusOr<std::string> PathPolicy::CheckInputPath(const std::string& field,
                                                        const std::string& path) const {
-  absl::StatusOr<std::string> canonical = Canonical(field, path);
-  if (!canonical.ok()) return canonical;
+  WEFT_ASSIGN_OR_RETURN(std::string canonical, Canonical(field, path));
   std::error_code error;
-  if (!fs::exists(*canonical, error)) {
+  if (!fs::exists(canonical, error)) {
     return FieldError(absl::StatusCode::kNotFound,
                       {field, absl::StrCat(path, ": no such file on the daemon's machine"), "copy it there"});
   }
-  if (IsClosed(*canonical, state_folder_, true)) return ClosedError(field, path, state_folder_);
+  if (IsClosed(canonical, state_folder_, true)) return ClosedError(field, path, state_folder_);
   return canonical;
 }
 
 absl::StatusOr<std::string> PathPolicy::CheckOutput(const std::string& field, const std::string& path) const {
-  absl::StatusOr<std::string> canonical = Canonical(field, path);
-  if (!canonical.ok()) return canonical;
-  if (IsClosed(*canonical, state_folder_, false)) return ClosedError(field, path, state_folder_);
-  if (!state_folder_.empty() && LiesBelow(state_folder_, *canonical)) {
+  WEFT_ASSIGN_OR_RETURN(std::string canonical, Canonical(field, path));
+  if (IsClosed(canonical, state_folder_, false)) return ClosedError(field, path, state_folder_);
+  if (!state_folder_.empty() && LiesBelow(state_folder_, canonical)) {
     return FieldError(absl::StatusCode::kInvalidArgument,
                       {field, absl::StrCat(path, " contains the daemon's own folder, ", state_folder_),
                        "choose another one"});
   }
   std::error_code error;
-  if (fs::exists(*canonical, error) && !fs::is_directory(*canonical, error)) {
+  if (fs::exists(canonical, error) && !fs::is_directory(canonical, error)) {
     return FieldError(absl::StatusCode::kInvalidArgument,
                       {field, absl::StrCat(path, " is a file"), "give a folder"});
   }

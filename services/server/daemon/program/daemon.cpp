@@ -219,10 +219,9 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
                  ? absl::StatusOr<std::string>(item->path)
                  : absl::Status(item.status().code(), absl::StrCat(field, ": ", item.status().message()));
     }
-    absl::StatusOr<std::string> take = TakeOfName(takes_folder, value);
-    if (!take.ok()) return take;
-    if (*take == value) return policy.CheckInput(field, value);
-    if (TakeExists(*take)) return take;
+    WEFT_ASSIGN_OR_RETURN(std::string take, TakeOfName(takes_folder, value));
+    if (take == value) return policy.CheckInput(field, value);
+    if (TakeExists(take)) return take;
     return FieldError(absl::StatusCode::kNotFound,
                       {field, absl::StrCat(value, ": no such take"), "`weft take list` shows the takes"});
   };

@@ -79,11 +79,10 @@ absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& 
 }
 
 absl::StatusOr<v1::RecordedTake> TakeService::Get(const std::string& id) {
-  absl::StatusOr<v1::RecordedTake> take = takes_.Get(id);
-  if (!take.ok()) return take;
-  if (const std::optional<v1::Job> job = jobs_.FollowerOf(take->folder())) {
-    take->set_live_job_id(job->id());
-    *take->mutable_live() = job->live();
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, takes_.Get(id));
+  if (const std::optional<v1::Job> job = jobs_.FollowerOf(take.folder())) {
+    take.set_live_job_id(job->id());
+    *take.mutable_live() = job->live();
   }
   return take;
 }

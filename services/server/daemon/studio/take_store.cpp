@@ -260,8 +260,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::GetLocked(const std::string& id) {
 }
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Stop(const std::string& id) {
-  const absl::StatusOr<v1::RecordedTake> known = Get(id);
-  if (!known.ok()) return known;
+  WEFT_RETURN_IF_ERROR(Get(id).status());
   WEFT_RETURN_IF_ERROR(StopRecorder(FolderOf(id)));
   return Get(id);
 }

@@ -76,10 +76,9 @@ absl::Status TakeStore::Adopt(const std::string& take_folder, const std::string&
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Pin(const std::string& id, bool pinned) {
   const MutexLock lock(changing_);
-  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
-  if (!take.ok()) return take;
-  take->mutable_keeping()->set_pinned(pinned);
-  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, GetLocked(id));
+  take.mutable_keeping()->set_pinned(pinned);
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take.keeping()));
   return take;
 }
 
@@ -87,32 +86,30 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Describe(const v1::DescribeTakeReque
   WEFT_RETURN_IF_ERROR(CheckDescription(request));
   const std::string& id = request.take_id();
   const MutexLock lock(changing_);
-  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
-  if (!take.ok()) return take;
-  v1::TakeKeeping& keeping = *take->mutable_keeping();
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, GetLocked(id));
+  v1::TakeKeeping& keeping = *take.mutable_keeping();
   keeping.set_slate(request.slate());
   keeping.set_notes(request.notes());
   if (request.has_name()) keeping.set_name(request.name());
   WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), keeping));
   // Its own file too, which goes where the take goes; while it is recorded, at its end.
-  if (!take->recorder_lives()) DescribeInTake(*take);
+  if (!take.recorder_lives()) DescribeInTake(take);
   return take;
 }
 
 absl::StatusOr<v1::RecordedTake> TakeStore::Delete(const std::string& id, const std::string& because) {
   const MutexLock lock(changing_);
-  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
-  if (!take.ok()) return take;
-  if (take->recorder_lives()) return InUse(id, "is being recorded", "stop it first");
-  if (take->keeping().pinned()) return InUse(id, "is pinned", "unpin it first");
-  if (options_.is_read(take->folder()) || ReplayedTakes().contains(take->folder()))
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, GetLocked(id));
+  if (take.recorder_lives()) return InUse(id, "is being recorded", "stop it first");
+  if (take.keeping().pinned()) return InUse(id, "is pinned", "unpin it first");
+  if (options_.is_read(take.folder()) || ReplayedTakes().contains(take.folder()))
     return InUse(id, "is read by a job, an operation or a take that replays it", "wait for it or cancel it");
-  take->mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
-  take->mutable_keeping()->set_deleted_because(because);
+  take.mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
+  take.mutable_keeping()->set_deleted_because(because);
   // A kill in between leaves a take that is there and says that it was deleted: Restore is for it, too.
-  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take.keeping()));
   WEFT_RETURN_IF_ERROR(MoveFolder(FolderOf(id), TrashOf(id)));
-  take->set_folder(RecorderFiles(TrashOf(id)).take);
+  take.set_folder(RecorderFiles(TrashOf(id)).take);
   spdlog::info("take {} is in the trash: {}", id, EscapedText(because));
   return take;
 }
@@ -124,11 +121,10 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Restore(const std::string& id) {
     if (TakeExists(FolderOf(id))) return InUse(id, "is there, and another of its name in the trash", "");
     WEFT_RETURN_IF_ERROR(MoveFolder(TrashOf(id), FolderOf(id)));
   }
-  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
-  if (!take.ok()) return take;
-  take->mutable_keeping()->clear_deleted_unix_ns();
-  take->mutable_keeping()->clear_deleted_because();
-  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()));
+  WEFT_ASSIGN_OR_RETURN(v1::RecordedTake take, GetLocked(id));
+  take.mutable_keeping()->clear_deleted_unix_ns();
+  take.mutable_keeping()->clear_deleted_because();
+  WEFT_RETURN_IF_ERROR(WriteJsonFile(KeepingFile(FolderOf(id)), take.keeping()));
   return take;
 }
 
