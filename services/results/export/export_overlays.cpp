@@ -21,24 +21,15 @@ constexpr char kRigFile[] = "rig.json";
 
 v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& source,
                            const OverlayPlan& plan) {
-  v1::Export manifest;
+  v1::Export manifest = source.Manifest();
   manifest.set_format(EndingOf(request.format));
   manifest.set_overlay(absl::StrCat(NameOf(request.kind), request.undistort ? ", undistorted" : ""));
-  manifest.set_fps(source.fps());
-  manifest.set_fps_source(source.fps_source());
-  manifest.set_vertices(static_cast<int>(source.topology().vertices));
-  manifest.set_faces(static_cast<int>(source.topology().faces.size()));
   for (const size_t camera : plan.cameras) {
     const std::string& id = plan.rig.cameras[camera].id;
     manifest.add_files(IsVideo(request.format) ? absl::StrCat(id, ".", EndingOf(request.format)) : id);
   }
   if (request.undistort) manifest.add_files(kRigFile);
-  for (const v1::ExportedFrame& frame : source.frames()) *manifest.add_frames() = frame;
   if (request.kind == OverlayKind::kSigma) manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
-  manifest.set_job_id(source.job().id());
-  *manifest.mutable_inputs() = source.job().inputs();
-  manifest.set_weft_version(WEFT_VERSION);
-  for (const std::string& note : source.notes()) manifest.add_notes(note);
   return manifest;
 }
 
@@ -143,19 +134,18 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
                         folder.BeginOrGoOn(outcome.manifest, MaxOverlayBytes(request, plan, frames)));
   outcome.was_complete = holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  absl::Status status = request.undistort ? WritePinholes(plan, folder) : absl::OkStatus();
+  if (request.undistort) WEFT_RETURN_IF_ERROR(WritePinholes(plan, folder));
   const bool is_video = IsVideo(request.format);
-  if (status.ok() && is_video)
-    status = WriteOverlayVideos(request, plan, source, folder, progress, stop, outcome.warnings);
+  if (is_video)
+    WEFT_RETURN_IF_ERROR(WriteOverlayVideos(request, plan, source, folder, progress, stop, outcome.warnings));
   for (const size_t camera : plan.cameras)
-    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(plan.rig.cameras[camera].id));
-  for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
+    if (!is_video) WEFT_RETURN_IF_ERROR(PrepareFolder(folder.Of(plan.rig.cameras[camera].id)));
+  for (size_t i = 0; !is_video && i < frames; ++i) {
     if (stop.stop_requested()) return StoppedAfter(i, frames);
-    status = WriteFrameOverlays(request, plan, source, i, folder, outcome.warnings);
+    WEFT_RETURN_IF_ERROR(WriteFrameOverlays(request, plan, source, i, folder, outcome.warnings));
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
-  if (status.ok()) status = folder.Finish(outcome.manifest);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(folder.Finish(outcome.manifest));
   return outcome;
 }
 

@@ -90,7 +90,7 @@ std::vector<ExportSample> SamplesOf(const ExportSource& source, const FormatTrai
 }
 
 v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, const ExportPlan& plan) {
-  v1::Export manifest;
+  v1::Export manifest = source.Manifest();
   manifest.set_format(plan.traits.name);
   manifest.set_meshopt(plan.meshopt);
   manifest.set_max_vertices(request.max_vertices);
@@ -107,23 +107,12 @@ v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, 
                                                          : (row == col ? 1 : 0));
   transform.set_up(NameOf(source.transform().up));
   transform.set_unit(NameOf(source.transform().unit));
-  manifest.set_fps(source.fps());
-  manifest.set_fps_source(source.fps_source());
-  manifest.set_vertices(static_cast<int>(source.topology().vertices));
-  manifest.set_faces(static_cast<int>(source.topology().faces.size()));
   for (const ExportAttribute attribute : plan.attributes) manifest.add_attributes(NameOf(attribute));
-  for (const v1::ExportedFrame& frame : source.frames()) {
-    v1::ExportedFrame& added = *manifest.add_frames();
-    added = frame;
+  for (v1::ExportedFrame& frame : *manifest.mutable_frames())
     if (plan.traits.file_per_frame && frame.missing_because().empty())
-      added.set_file(absl::StrCat(frame.frame(), ".", plan.traits.name));
-  }
+      frame.set_file(absl::StrCat(frame.frame(), ".", plan.traits.name));
   if (!plan.traits.file_per_frame) manifest.add_files(SequenceFile(plan.traits));
   if (IsPointCache(plan.traits)) manifest.add_files(kBaseMesh);
-  manifest.set_job_id(source.job().id());
-  *manifest.mutable_inputs() = source.job().inputs();
-  manifest.set_weft_version(WEFT_VERSION);
-  for (const std::string& note : source.notes()) manifest.add_notes(note);
   for (const std::string& note : MissingAttributes(request, source)) manifest.add_notes(note);
   return manifest;
 }
@@ -210,16 +199,13 @@ class Exporter {
     const std::optional<v1::ExportCheckpoint> checkpoint = folder_.Checkpoint();
     WEFT_ASSIGN_OR_RETURN(ExportStream out, ExportStream::Open(folder_.UnfinishedOf(name),
                                                                checkpoint ? checkpoint->bytes() : 0));
-    absl::Status status = checkpoint
-                              ? writer.Restore({checkpoint->state().begin(), checkpoint->state().end()})
-                              : writer.Begin(out);
-    if (!status.ok()) return status;
+    WEFT_RETURN_IF_ERROR(checkpoint ? writer.Restore({checkpoint->state().begin(), checkpoint->state().end()})
+                                    : writer.Begin(out));
     if (checkpoint) at_ = *checkpoint;
-    status = AddSamples(writer, out);
-    if (status.ok()) status = writer.Finish(out);
-    if (status.ok()) status = out.Sync();
-    if (status.ok()) status = folder_.Publish(name);
-    return status;
+    WEFT_RETURN_IF_ERROR(AddSamples(writer, out));
+    WEFT_RETURN_IF_ERROR(writer.Finish(out));
+    WEFT_RETURN_IF_ERROR(out.Sync());
+    return folder_.Publish(name);
   }
 
   // The mesh that a point cache moves.
@@ -239,18 +225,18 @@ class Exporter {
          done < all; ++done) {
       const int pass = static_cast<int>(done / samples);
       const size_t sample = done % samples;
-      const absl::StatusOr<ExportMesh> mesh = plan_.source.Read(
-          plan_.samples[sample].mesh, writer.NeedsVelocities(pass) ? ExportSource::Velocities::kComputed
-                                                                   : ExportSource::Velocities::kLeftOut);
-      absl::Status status = mesh.status();
-      if (status.ok()) status = writer.Add(pass, sample, *mesh, out);
-      if (!status.ok()) return status;
+      WEFT_ASSIGN_OR_RETURN(
+          const ExportMesh mesh,
+          plan_.source.Read(plan_.samples[sample].mesh, writer.NeedsVelocities(pass)
+                                                            ? ExportSource::Velocities::kComputed
+                                                            : ExportSource::Velocities::kLeftOut));
+      WEFT_RETURN_IF_ERROR(writer.Add(pass, sample, mesh, out));
       if (progress_) progress_(ExportStep::kWrite, done + 1, all);
       const auto now = std::chrono::steady_clock::now();
       const bool stopped = stop_.stop_requested() && done + 1 < all;
       if (!stopped && now - saved < kBetweenCheckpoints) continue;
       saved = now;
-      if (status = Save(done + 1, samples, writer, out); !status.ok()) return status;
+      WEFT_RETURN_IF_ERROR(Save(done + 1, samples, writer, out));
       if (stopped) return StoppedAfter((done + 1) / static_cast<size_t>(writer.passes()), samples);
     }
     return absl::OkStatus();
@@ -318,20 +304,19 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
     for (const v1::ExportedFrame& frame : outcome.manifest.frames())
       if (!frame.file().empty()) present_bytes += SizeOfFile(folder.Of(frame.file()));
   }
-  absl::Status status = folder.CheckRoom(needed_bytes, present_bytes);
-  if (status.ok() && (plan.texture_px > 0 || plan.normal_map_px > 0)) {
+  WEFT_RETURN_IF_ERROR(folder.CheckRoom(needed_bytes, present_bytes));
+  if (plan.texture_px > 0 || plan.normal_map_px > 0) {
     WEFT_ASSIGN_OR_RETURN(plan.pictures,
                           PicturesOf(request, source, folder, progress, stop, outcome.warnings));
   }
-  if (status.ok() && holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
-  if (status.ok() && plan.texture_px > 0)
-    status = WriteFileAtomically(folder.UnfinishedOf(kAlbedo), plan.pictures.albedo_png);
+  if (holds == ExportFolder::Holds::kNothing) WEFT_RETURN_IF_ERROR(folder.Begin(outcome.manifest));
+  if (plan.texture_px > 0)
+    WEFT_RETURN_IF_ERROR(WriteFileAtomically(folder.UnfinishedOf(kAlbedo), plan.pictures.albedo_png));
   Exporter exporter(plan, folder, progress, stop);
-  if (status.ok())
-    status = frames ? exporter.WriteFrames(*frames, outcome.manifest) : exporter.WriteSequence(*sequence);
-  if (status.ok() && IsPointCache(traits)) status = exporter.WriteBaseMesh();
-  if (status.ok()) status = folder.Finish(outcome.manifest);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(frames ? exporter.WriteFrames(*frames, outcome.manifest)
+                              : exporter.WriteSequence(*sequence));
+  if (IsPointCache(traits)) WEFT_RETURN_IF_ERROR(exporter.WriteBaseMesh());
+  WEFT_RETURN_IF_ERROR(folder.Finish(outcome.manifest));
   return outcome;
 }
 

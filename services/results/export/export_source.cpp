@@ -233,6 +233,20 @@ absl::Status ExportSource::Reduce() {
   return absl::OkStatus();
 }
 
+v1::Export ExportSource::Manifest() const {
+  v1::Export manifest;
+  manifest.set_fps(fps_);
+  manifest.set_fps_source(fps_source_);
+  manifest.set_vertices(static_cast<int>(topology_.vertices));
+  manifest.set_faces(static_cast<int>(topology_.faces.size()));
+  manifest.mutable_frames()->Add(frames_.begin(), frames_.end());
+  manifest.set_job_id(job_.id());
+  *manifest.mutable_inputs() = job_.inputs();
+  manifest.set_weft_version(WEFT_VERSION);
+  manifest.mutable_notes()->Add(notes_.begin(), notes_.end());
+  return manifest;
+}
+
 ExportSource ExportSource::InWorldMm() const {
   ExportSource world = *this;
   world.transform_ = {};

@@ -64,6 +64,8 @@ class ExportSource {
   const std::vector<std::string>& notes() const { return notes_; }
   // After Survey.
   const ExportTopology& topology() const { return topology_; }
+  // What export.json says of it in every format; files are named by the format.
+  v1::Export Manifest() const;
   // Where a coarser mesh is asked for: it, made on the first mesh of the job, whatever frames are exported.
   // So exports of one job fit each other.
   const std::optional<ReducedMesh>& reduced() const { return reduced_; }

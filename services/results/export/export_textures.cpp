@@ -19,27 +19,17 @@ namespace {
 namespace fs = std::filesystem;
 
 v1::Export TextureManifest(const TextureRequest& request, const ExportSource& source) {
-  v1::Export manifest;
+  v1::Export manifest = source.Manifest();
   manifest.set_format("png");
   manifest.set_overlay(request.texture_px > 0 ? "texture" : "normal map");
   manifest.set_texture_px(request.texture_px);
   manifest.set_normal_map_px(request.normal_map_px);
   manifest.set_max_vertices(request.max_vertices);
-  manifest.set_fps(source.fps());
-  manifest.set_fps_source(source.fps_source());
-  manifest.set_vertices(static_cast<int>(source.topology().vertices));
-  manifest.set_faces(static_cast<int>(source.topology().faces.size()));
-  for (const v1::ExportedFrame& frame : source.frames()) {
-    v1::ExportedFrame& added = *manifest.add_frames();
-    added = frame;
+  for (v1::ExportedFrame& frame : *manifest.mutable_frames()) {
     if (!frame.missing_because().empty()) continue;
-    if (request.texture_px > 0) added.set_file(absl::StrCat(frame.frame(), ".png"));
-    if (request.normal_map_px > 0) added.set_normal_map(absl::StrCat(frame.frame(), ".normal.png"));
+    if (request.texture_px > 0) frame.set_file(absl::StrCat(frame.frame(), ".png"));
+    if (request.normal_map_px > 0) frame.set_normal_map(absl::StrCat(frame.frame(), ".normal.png"));
   }
-  manifest.set_job_id(source.job().id());
-  *manifest.mutable_inputs() = source.job().inputs();
-  manifest.set_weft_version(WEFT_VERSION);
-  for (const std::string& note : source.notes()) manifest.add_notes(note);
   return manifest;
 }
 
@@ -123,15 +113,13 @@ absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, cons
                         folder.BeginOrGoOn(outcome.manifest, MaxBytes(request, frames)));
   outcome.was_complete = holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  absl::Status status;
-  for (size_t i = 0; status.ok() && i < frames; ++i) {
+  for (size_t i = 0; i < frames; ++i) {
     if (stop.stop_requested()) return StoppedAfter(i, frames);
-    status = WriteFrame(request, outcome.manifest.frames(static_cast<int>(source.meshes()[i])), i, folder,
-                        tools, outcome.warnings);
+    WEFT_RETURN_IF_ERROR(WriteFrame(request, outcome.manifest.frames(static_cast<int>(source.meshes()[i])), i,
+                                    folder, tools, outcome.warnings));
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
-  if (status.ok()) status = folder.Finish(outcome.manifest);
-  if (!status.ok()) return status;
+  WEFT_RETURN_IF_ERROR(folder.Finish(outcome.manifest));
   return outcome;
 }
 
