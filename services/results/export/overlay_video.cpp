@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/ffmpeg_process.h"
@@ -75,7 +76,7 @@ class CameraVideo {
       const int next = i + 1 < frames.size() ? frames[i + 1].index() : frames[i].index() + 1;
       for (int t = frames[i].index(); t < next; ++t)
         if (absl::Status status = ffmpeg.Write(shown_.data(), shown_.size()); !status.ok())
-          return absl::Status(status.code(), absl::StrCat(camera_.id, ": ", status.message()));
+          return Naming(camera_.id, status);
       if (!on_frame()) return absl::CancelledError("stopped");
     }
     return ffmpeg.Finish();

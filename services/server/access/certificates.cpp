@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/access/file_stamp.h"
@@ -46,7 +47,7 @@ int NoPassphrase(char*, int, int, void*) { return 0; }
 absl::StatusOr<std::string> ReadOption(const char* option, const std::string& path) {
   absl::StatusOr<std::string> text = ReadWholeFile(path, kLargestPemBytes);
   if (text.ok()) return text;
-  return absl::Status(text.status().code(), absl::StrCat(option, ": ", text.status().message()));
+  return Naming(option, text.status());
 }
 
 absl::Status NotPem(const char* option, const std::string& path, const char* what) {

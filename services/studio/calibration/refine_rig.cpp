@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/agreement_proto.h"
 #include "services/formats/files/frame_folders.h"
@@ -85,15 +86,13 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
   // A knocked camera is far off in pixels, however precise its observations are.
   options.consensus.min_residual_px = request.solve.max_residual_px;
   options.two_view.accept = false;
-  const absl::StatusOr<Cloud> cloud = Triangulate(rig, views, options);
-  if (!cloud.ok())
-    return absl::Status(cloud.status().code(), absl::StrCat(path, ": ", cloud.status().message()));
-  WEFT_RETURN_IF_ERROR(AddAgreement(rig, views, *cloud, options, sights));
-  const size_t step = std::max<size_t>(1, cloud->points.size() / request.points);
+  WEFT_ASSIGN_OR_RETURN(const Cloud cloud, Naming(path, Triangulate(rig, views, options)));
+  WEFT_RETURN_IF_ERROR(AddAgreement(rig, views, cloud, options, sights));
+  const size_t step = std::max<size_t>(1, cloud.points.size() / request.points);
   std::map<BoardNode, int> index;
-  for (size_t i = 0; i < cloud->points.size(); i += step) {
-    index[cloud->points[i].node] = static_cast<int>(sights->points_mm.size());
-    sights->points_mm.push_back(cloud->points[i].position_mm);
+  for (size_t i = 0; i < cloud.points.size(); i += step) {
+    index[cloud.points[i].node] = static_cast<int>(sights->points_mm.size());
+    sights->points_mm.push_back(cloud.points[i].position_mm);
   }
   for (const ViewObservations& view : views) {
     for (const Observation& o : view.observations) {

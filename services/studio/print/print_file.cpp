@@ -11,6 +11,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
@@ -56,10 +57,9 @@ absl::Status WriteTiff(const Board& board, const PrintLayout& layout, size_t num
     for (int x = 0; x < width; ++x)
       for (const int shift : {16, 8, 0}) *to++ = static_cast<uint8_t>(from[x] >> shift);
   }
-  const absl::StatusOr<std::vector<uint8_t>> bytes = EncodeTiff({width, height, 3, 8, rgb}, dpi);
-  if (!bytes.ok())
-    return absl::Status(bytes.status().code(), absl::StrCat(path, ": ", bytes.status().message()));
-  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  WEFT_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
+                        Naming(path, EncodeTiff({width, height, 3, 8, rgb}, dpi)));
+  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 std::string PagePath(const std::string& path, size_t number) {

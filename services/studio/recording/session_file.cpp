@@ -9,6 +9,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/camera/gige_camera.h"
 #include "capture/camera/v4l2_camera.h"
@@ -226,12 +227,8 @@ absl::StatusOr<std::unique_ptr<CameraSource>> OpenReplay(const v1::SessionCamera
   if (!replay) {
     ReplayOptions options;
     if (from.speed() > 0) options.speed = from.speed();
-    absl::StatusOr<std::shared_ptr<Replay>> opened = Replay::Open(from.take(), options);
-    if (!opened.ok()) {
-      return absl::Status(opened.status().code(),
-                          absl::StrCat("camera ", camera.id(), ": ", opened.status().message()));
-    }
-    replay = *std::move(opened);
+    WEFT_ASSIGN_OR_RETURN(replay,
+                          Naming(absl::StrCat("camera ", camera.id()), Replay::Open(from.take(), options)));
   }
   return OpenReplayCamera(replay, camera.id());
 }

@@ -13,6 +13,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "capture/take/frame_number.h"
@@ -234,9 +235,8 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   }
   ImportedImages imported;
   imported.notes = folder.notes;
-  const absl::StatusOr<OddPictures> odd = FindOddPictures(folder);
-  if (!odd.ok()) return absl::Status(odd.status().code(), absl::StrCat(images, ": ", odd.status().message()));
-  imported.notes.insert(imported.notes.end(), odd->notes.begin(), odd->notes.end());
+  WEFT_ASSIGN_OR_RETURN(const OddPictures odd, Naming(images, FindOddPictures(folder)));
+  imported.notes.insert(imported.notes.end(), odd.notes.begin(), odd.notes.end());
   WEFT_ASSIGN_OR_RETURN(const std::vector<Place> places, PlacesOf(folder, options, imported.notes));
   v1::Take take = NewTake(absl::StrCat("images of ", fs::path(images).filename().string()));
   for (const std::string& id : ids) {
@@ -249,7 +249,7 @@ absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std
   uint64_t done = 0;
   PictureCount count;
   for (const auto& [name, files] : folder.frames) {
-    RawFrameSet set = ReadSet(files, ids, places[done], *odd, options.mosaic);
+    RawFrameSet set = ReadSet(files, ids, places[done], odd, options.mosaic);
     count.Add(files, set);
     if (!copy.Add(std::move(set))) break;
     ++done;

@@ -14,6 +14,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/time.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/file_facts.h"
@@ -92,10 +93,6 @@ absl::StatusOr<std::string> ReadHeader(const std::string& path) {
   return said.out;
 }
 
-absl::Status Named(const std::string& path, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
-
 // One run of the decoder over the whole video; `filters` may be empty.
 absl::StatusOr<VideoProgramOutput> Decode(const v1::VideoFacts& facts, std::vector<std::string> arguments,
                                           const std::string& filters,
@@ -122,7 +119,7 @@ absl::StatusOr<std::vector<int64_t>> ReferencedPictures(const v1::VideoFacts& fa
   arguments.insert(arguments.end(), {"-skip_frame", "noref"});
   WEFT_ASSIGN_OR_RETURN(const auto said, Decode(facts, arguments, FrameLinesFilter("pipe:1")));
   absl::StatusOr<FrameLines> lines = ParseFrameLines(said.out);
-  if (!lines.ok()) return Named(facts.path(), lines.status());
+  if (!lines.ok()) return Naming(facts.path(), lines.status());
   return std::move(lines->pts);
 }
 
@@ -151,13 +148,13 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
                         Decode(facts, DecodingArguments(facts), FrameAndFieldLinesFilter(),
                                [&](size_t bytes) { return !seen || seen(bytes / kBytesOfFrame); }));
   absl::StatusOr<FrameLines> lines = ParseFrameLines(said.out);
-  if (!lines.ok()) return Named(facts.path(), lines.status());
+  if (!lines.ok()) return Naming(facts.path(), lines.status());
   if (lines->pts.empty()) return Complain(facts.path(), said);
   const bool is_complained =
       said.wait_status != 0 || IsWorthALook(said.errors, facts.codec(), facts.container());
   absl::StatusOr<std::vector<int64_t>> by_order =
       TimesByOrder(packets, {lines->pts, facts.waits(), is_complained});
-  if (!by_order.ok()) return Named(facts.path(), by_order.status());
+  if (!by_order.ok()) return Naming(facts.path(), by_order.status());
   if (!by_order->empty()) {
     facts.mutable_decoded_pts()->Add(lines->pts.begin(), lines->pts.end());
     lines->pts = *std::move(by_order);
@@ -176,7 +173,7 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
   }
   facts.mutable_damaged_pts()->Add(damaged.begin(), damaged.end());
   if (absl::Status status = UseFrames(lines->pts, damaged, facts); !status.ok())
-    return Named(facts.path(), status);
+    return Naming(facts.path(), status);
   if (!facts.frame_pts().empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(facts.path(), ": no picture of it is whole (ffmpeg: ",
                                                  facts.complaint(), "); copy it again from the camera"));
@@ -251,7 +248,7 @@ absl::StatusOr<v1::VideoFacts> ReadSoundHeader(const std::string& path) {
   if (error) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
   WEFT_ASSIGN_OR_RETURN(const std::string header, ReadHeader(file));
   absl::StatusOr<v1::VideoFacts> facts = ParseSoundHeader(header);
-  if (!facts.ok()) return Named(file, facts.status());
+  if (!facts.ok()) return Naming(file, facts.status());
   facts->set_path(file);
   return facts;
 }
@@ -362,7 +359,7 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
     return absl::InvalidArgumentError(absl::StrCat(path, ": the file is empty; copy it again"));
   WEFT_ASSIGN_OR_RETURN(const std::string header, ReadHeader(path));
   absl::StatusOr<v1::VideoFacts> facts = ParseVideoHeader(header);
-  if (!facts.ok()) return Named(path, facts.status());
+  if (!facts.ok()) return Naming(path, facts.status());
   facts->set_path(path);
   facts->set_bytes(static_cast<uint64_t>(info.st_size));
   facts->set_modified_unix_ns(UnixTime_ns(info.st_mtim));
@@ -374,7 +371,7 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   const double count_s =
       static_cast<double>(facts->time_base_num()) / static_cast<double>(facts->time_base_den());
   if (absl::Status edits = CheckEdits(ParseEdits(log, facts->stream()), packets, count_s); !edits.ok())
-    return Named(path, edits);
+    return Naming(path, edits);
   facts->set_begin_pts(BeginOf(packets));
   facts->set_hidden(static_cast<uint64_t>(std::count_if(
       packets.begin(), packets.end(), [](const VideoPacket& packet) { return packet.is_hidden; })));

@@ -7,6 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/studio/video/video_facts.h"
 
@@ -86,7 +87,7 @@ absl::StatusOr<Frame> VideoFrames::Next() {
   while (!is_used) {
     const absl::Status read = ffmpeg_.Read(pixels->data(), pixels->size());
     if (absl::IsOutOfRange(read)) return Changed("it gives fewer frames than at first");
-    if (!read.ok()) return absl::Status(read.code(), absl::StrCat(facts_.path(), ": ", read.message()));
+    if (!read.ok()) return Naming(facts_.path(), read);
     const uint64_t place = places_.first + next_++;
     is_used = place < places_.used.size() && places_.used[place];
   }

@@ -11,6 +11,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/ground/process/program_beside.h"
 
@@ -108,7 +109,7 @@ absl::StatusOr<VideoProgramOutput> RunVideoProgram(const std::string& program, c
                         VideoProgram::Start(program, file, arguments, VideoProgram::Out::kKept));
   absl::StatusOr<VideoProgramOutput> said = started.Finish(grown);
   if (said.ok()) return said;
-  return absl::Status(said.status().code(), absl::StrCat(file, ": ", said.status().message()));
+  return Naming(file, said.status());
 }
 
 std::string LastComplaint(const std::string& errors) {

@@ -16,6 +16,7 @@
 #include "alignment/mesh_texture.h"
 #include "alignment/start_mesh.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/atomic_file.h"
@@ -135,7 +136,7 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Temp
   if (!options.start.empty()) {
     WEFT_ASSIGN_OR_RETURN(TriangleMesh start, ReadForeignMesh(options.start));
     if (absl::Status status = CheckStartMesh(start, garment.rest); !status.ok())
-      return absl::Status(status.code(), absl::StrCat(options.start, ": ", status.message()));
+      return Naming(options.start, status);
     extras.start_mm = std::move(start.vertices_mm);
   }
   return extras;
@@ -204,7 +205,7 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
     // What is wrong with the scan names its file.
     if (!options.scan.empty() && absl::StartsWith(result.status().message(), options.scan))
       return result.status();
-    return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
+    return Naming(options.cloud, result.status());
   }
   if (!stages.status().ok()) return stages.status();
   if (!quiet) WarnOfPlaces(options, *result);

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/image/image_file.h"
@@ -80,9 +81,7 @@ absl::Status CheckWritable(const std::string& file) {
 
 absl::StatusOr<BoardIndex> LoadBoard(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(path));
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok())
-    return absl::Status(index.status().code(), absl::StrCat(path, ": ", index.status().message()));
+  WEFT_ASSIGN_OR_RETURN(BoardIndex index, Naming(path, BoardIndex::Build(board)));
   return index;
 }
 

@@ -15,6 +15,7 @@
 #include "services/results/export/export_overlays.h"
 #include "services/results/export/export_result.h"
 #include "services/results/export/export_textures.h"
+#include "services/results/export/texture_raster.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/json_output.h"

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
@@ -113,15 +114,13 @@ absl::Status Palette(const PaletteCommandOptions& options) {
                                                      ? absl::StrCat(options.photo, ": ", why)
                                                      : why);
   }
-  const absl::StatusOr<PaletteReport> report = AssessPalette(*samples);
-  if (!report.ok())
-    return absl::Status(report.status().code(), absl::StrCat(options.photo, ": ", report.status().message()));
+  WEFT_ASSIGN_OR_RETURN(const PaletteReport report, Naming(options.photo, AssessPalette(*samples)));
   if (options.json) {
-    std::printf("%s\n", Json(*report).c_str());
+    std::printf("%s\n", Json(report).c_str());
   } else {
-    PrintPaletteReport(*report);
+    PrintPaletteReport(report);
   }
-  return options.picture.empty() ? absl::OkStatus() : WritePalettePicture(*report, options.picture);
+  return options.picture.empty() ? absl::OkStatus() : WritePalettePicture(report, options.picture);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/length_unit.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
@@ -92,7 +93,7 @@ absl::Status ImportRig(const RigImportOptions& options) {
   ApplyConvention({mm_per_unit, options.poses == kWorldFromCamera}, &foreign.rig);
   absl::Status status =
       JudgeRig({.judge_unit = options.judge_unit, .judge_poses = options.poses.empty()}, &foreign);
-  if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
+  if (!status.ok()) return Naming(from, status);
   Rig& rig = foreign.rig;
   rig.id = options.id;
   WEFT_RETURN_IF_ERROR(MayWriteRig(options.out, rig, options.guard));

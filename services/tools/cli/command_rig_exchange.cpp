@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/rig/exchange_cameras.h"
 #include "services/formats/files/rig_file.h"
@@ -40,16 +41,15 @@ absl::Status Exchange(const ExchangeOptions& options) {
   WEFT_RETURN_IF_ERROR(options.guard.MayReplace(options.out, "a rig, which takes may need"));
   WEFT_ASSIGN_OR_RETURN(const Rig rig, ReadRig(options.rig));
   WEFT_ASSIGN_OR_RETURN(std::optional<CalibrationRecord> record, ReadCalibrationRecord(options.rig));
-  const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(rig, options.cameras);
-  if (!places.ok())
-    return absl::Status(places.status().code(), absl::StrCat(options.rig, ": ", places.status().message()));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<size_t> places,
+                        Naming(options.rig, ExchangedPlaces(rig, options.cameras)));
   WEFT_ASSIGN_OR_RETURN(const CameraPart part, CameraPartFromName(options.part));
-  const Rig exchanged = WithPlaces(rig, *places, part);
+  const Rig exchanged = WithPlaces(rig, places, part);
   if (record.has_value()) {
     CalibrationRecord& calibration = *record;
     const std::vector<CalibratedCamera> before = calibration.cameras;
-    for (size_t c = 0; c < places->size(); ++c)
-      calibration.cameras[c] = WithPartOf(before[c], before[(*places)[c]], part);
+    for (size_t c = 0; c < places.size(); ++c)
+      calibration.cameras[c] = WithPartOf(before[c], before[places[c]], part);
     ++calibration.version;
     calibration.replaces = rig.ContentHash();
   }

@@ -11,6 +11,7 @@
 #include "alignment/mesh_graph.h"
 #include "alignment/template_check.h"
 #include "base/length_unit.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -38,11 +39,6 @@ struct TemplateImportOptions {
   bool turn_faces = false;
   OutputGuard guard;
 };
-
-absl::Status InFile(const std::string& path, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
 
 // Closed runs of edges that have one face. Where several meet at a vertex they count as one.
 int CountBoundaryLoops(const TriangleMesh& mesh) {
@@ -99,7 +95,7 @@ absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& op
   WEFT_ASSIGN_OR_RETURN(const std::string corners_text, ReadTextFile(options.corners));
   WEFT_ASSIGN_OR_RETURN(const std::vector<VertexNode> corners,
                         ParseVertexMap(corners_text, NodeKind::kCorner, options.corners));
-  WEFT_RETURN_IF_ERROR(InFile(MapNames(options), JoinCorners(corners, &*nodes)));
+  WEFT_RETURN_IF_ERROR(Naming(MapNames(options), JoinCorners(corners, &*nodes)));
   return nodes;
 }
 
@@ -128,22 +124,22 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
   WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMeshInMm(options));
   WEFT_ASSIGN_OR_RETURN(std::vector<VertexNode> nodes, ReadMaps(options));
-  absl::Status status = InFile(options.mesh, CheckTemplateMesh(mesh));
-  status.Update(InFile(absl::StrCat(MapNames(options), " with ", options.mesh),
+  absl::Status status = Naming(options.mesh, CheckTemplateMesh(mesh));
+  status.Update(Naming(absl::StrCat(MapNames(options), " with ", options.mesh),
                        CheckVertexNodes(nodes, mesh.vertices_mm.size(), board)));
   if (!status.ok()) return status;
   WEFT_ASSIGN_OR_RETURN(Template garment,
                         ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id,
                                        std::move(mesh), std::move(nodes), board));
   const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, board, &garment);
-  WEFT_RETURN_IF_ERROR(InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status()));
+  WEFT_RETURN_IF_ERROR(Naming(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status()));
   GarmentParts parts;
   parts.board_rows = board.rows, parts.board_cols = board.cols;
   parts.any_scale = options.allow_scale;
   if (options.openings >= 0) {
     const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(garment, {});
-    status = InFile(options.mesh, summary.status());
-    if (status.ok()) status = InFile(options.mesh, CheckOpeningCount(*summary, options.openings));
+    status = Naming(options.mesh, summary.status());
+    if (status.ok()) status = Naming(options.mesh, CheckOpeningCount(*summary, options.openings));
     if (!status.ok()) return status;
     parts.expected_openings = options.openings;
   }

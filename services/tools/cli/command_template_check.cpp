@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -38,7 +38,7 @@ absl::StatusOr<TemplateSize> SizeOf(const TemplateCheckOptions& options, const T
     size = CheckTemplateOnBoard(garment, board, parts.any_scale);
   }
   if (size.ok()) return size;
-  return absl::Status(size.status().code(), absl::StrCat(options.folder, ": ", size.status().message()));
+  return Naming(options.folder, size.status());
 }
 
 absl::Status CheckTemplate(const TemplateCheckOptions& options) {
@@ -51,7 +51,7 @@ absl::Status CheckTemplate(const TemplateCheckOptions& options) {
     status = CheckOpeningCount(*summary, options.openings >= 0 ? options.openings : parts.expected_openings);
   }
   if (!status.ok()) {
-    return absl::Status(status.code(), absl::StrCat(options.folder, ": ", status.message()));
+    return Naming(options.folder, status);
   }
   AddPrintScale(size, &*summary);
   const v1::Verdict verdict = TemplateVerdict(*summary);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
@@ -55,10 +56,7 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
   WEFT_ASSIGN_OR_RETURN(const std::vector<double> camera_sigma_px, ReadCameraSigmas(files.rig));
   WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<FrameSource> dump, OpenDump(folder, rig, files.mosaic));
   for (const std::string& warning : dump->warnings()) PrintWarning(warning);
-  const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok()) {
-    return absl::Status(index.status().code(), absl::StrCat(files.board, ": ", index.status().message()));
-  }
+  WEFT_ASSIGN_OR_RETURN(const BoardIndex index, Naming(files.board, BoardIndex::Build(board)));
   WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(files.frames, dump->frame_names(), folder));
   const std::vector<size_t> frames = SpreadOver(range, static_cast<size_t>(files.samples));
   constexpr uint64_t kSteps = 1000;  // of each frame
@@ -70,7 +68,7 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
       progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
     };
     absl::StatusOr<Cloud> cloud =
-        FrameCloud(rig, camera_sigma_px, *index, *dump, frames[i], options, advance, stop);
+        FrameCloud(rig, camera_sigma_px, index, *dump, frames[i], options, advance, stop);
     if (absl::IsCancelled(cloud.status())) return cloud.status();
     const std::string& name = dump->frame_names()[frames[i]];
     last = cloud.status();

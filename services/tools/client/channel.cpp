@@ -12,6 +12,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/loopback.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/text_file.h"
 #include "services/server/rpc/message_limit.h"
@@ -54,7 +55,7 @@ absl::StatusOr<std::string> ReadNamed(const char* variable, const std::string& p
   if (path.empty()) return "";
   absl::StatusOr<std::string> text = ReadTextFile(path, kLargestSecretBytes);
   if (text.ok()) return text;
-  return absl::Status(text.status().code(), absl::StrCat(variable, ": ", text.status().message()));
+  return Naming(variable, text.status());
 }
 
 // The host of HOST:PORT.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/board_file.h"
@@ -119,14 +120,12 @@ absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::Registrat
   WEFT_RETURN_IF_ERROR(CheckAvatarFits(avatar.about, avatar_path, garment, spec.garment()));
   WEFT_ASSIGN_OR_RETURN(GarmentParts parts, ReadGarmentParts(spec.garment()));
   parts.board_rows = board.rows, parts.board_cols = board.cols;
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok())
-    return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
+  WEFT_ASSIGN_OR_RETURN(BoardIndex index, Naming(spec.board(), BoardIndex::Build(board)));
   MeshTexture texture = TextureOf(garment, parts);
   MeshGraph graph = BuildMeshGraph(garment.rest);
-  return std::make_unique<DriveInputs>(DriveInputs{
-      std::move(used), *std::move(index), std::move(garment), std::move(graph), std::move(texture),
-      std::move(avatar), std::move(hashes), options.pipeline.decode, std::move(warnings)});
+  return std::make_unique<DriveInputs>(
+      DriveInputs{std::move(used), std::move(index), std::move(garment), std::move(graph), std::move(texture),
+                  std::move(avatar), std::move(hashes), options.pipeline.decode, std::move(warnings)});
 }
 
 absl::StatusOr<DriveFrameList> ListDriveFrames(const v1::RegistrationSpec& spec, DriveInputs& inputs) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/random.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_source.h"
@@ -91,20 +92,17 @@ class FilmedTake : public ObservedTake {
 absl::StatusOr<std::unique_ptr<ObservedTake>> FilmTake(ClothTake& take, Rig rig, const Observing& observing) {
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(FileOfTake(take, "board.json")));
   WEFT_ASSIGN_OR_RETURN(const ClothFrame first, take.Read(0));
-  absl::StatusOr<FilmedViews> views =
-      FilmedViews::Create(observing.garment, board, take.body, first.vertices_mm, observing.seed);
-  if (!views.ok())
-    return absl::Status(views.status().code(), absl::StrCat(take.name(), ": ", views.status().message()));
+  WEFT_ASSIGN_OR_RETURN(FilmedViews views,
+                        Naming(take.name(), FilmedViews::Create(observing.garment, board, take.body,
+                                                                first.vertices_mm, observing.seed)));
   WEFT_ASSIGN_OR_RETURN(ClothTake own, take.OpenAgain());
-  return std::make_unique<FilmedTake>(std::move(own), *std::move(views), std::move(rig));
+  return std::make_unique<FilmedTake>(std::move(own), std::move(views), std::move(rig));
 }
 
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& take, Rig rig) {
   const std::string board_path = FileOfTake(take, "board.json");
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(board_path));
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok())
-    return absl::Status(index.status().code(), absl::StrCat(board_path, ": ", index.status().message()));
+  WEFT_ASSIGN_OR_RETURN(BoardIndex index, Naming(board_path, BoardIndex::Build(board)));
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump, OpenDump(take.folder, rig));
   std::vector<size_t> positions;
   const std::vector<std::string>& names = dump->frame_names();
@@ -115,7 +113,7 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& t
           absl::StrCat(take.folder, ": has no pictures of frame ", frame, " of its truth"));
     positions.push_back(static_cast<size_t>(at - names.begin()));
   }
-  return std::make_unique<DecodedTake>(std::move(rig), *std::move(index), std::move(dump),
+  return std::make_unique<DecodedTake>(std::move(rig), std::move(index), std::move(dump),
                                        std::move(positions));
 }
 

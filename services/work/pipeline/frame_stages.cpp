@@ -6,6 +6,7 @@
 #include "alignment/cloth_in_view.h"
 #include "alignment/map_place.h"
 #include "alignment/start_mesh.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
@@ -108,7 +109,7 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInput
   if (path.empty()) return std::vector<Eigen::Vector3d>();
   WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMesh(path));
   if (absl::Status status = CheckStartMesh(mesh, inputs.garment.rest); !status.ok())
-    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+    return Naming(path, status);
   return std::move(mesh.vertices_mm);
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
@@ -73,15 +74,12 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<FrameSource> dump,
                         OpenDump(spec.dump(), rig, spec.options().mosaic()));
   WEFT_RETURN_IF_ERROR(CheckPcd(spec.options(), dump->frame_names()));
-  absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
-  if (!index.ok()) {
-    return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
-  }
+  WEFT_ASSIGN_OR_RETURN(BoardIndex index, Naming(spec.board(), BoardIndex::Build(board)));
   auto model = std::make_unique<AlignmentModel>(garment);
   std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(garment);
   warnings.insert(warnings.end(), dump->warnings().begin(), dump->warnings().end());
   return std::make_unique<RegistrationInputs>(
-      RegistrationInputs{std::move(rig), *std::move(index), std::move(garment), std::move(model),
+      RegistrationInputs{std::move(rig), std::move(index), std::move(garment), std::move(model),
                          std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),
                          std::move(camera_sigma_px), std::move(texture)});
 }

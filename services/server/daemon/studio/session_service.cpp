@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/request_check.h"
@@ -28,12 +29,10 @@ absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionReq
       WEFT_RETURN_IF_ERROR(policy_.CheckInput(field, *input).status());
       continue;
     }
-    const absl::StatusOr<v1::LibraryItem> item = library_.Find(kind, std::string(reference));
-    if (!item.ok()) {
-      return absl::Status(item.status().code(), absl::StrCat(field, ": ", item.status().message()));
-    }
+    WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item,
+                          Naming(field, library_.Find(kind, std::string(reference))));
     // Versions that are uploaded meanwhile are for other sessions.
-    *input = absl::StrCat(kLibraryPrefix, "sha256:", item->id());
+    *input = absl::StrCat(kLibraryPrefix, "sha256:", item.id());
   }
   // Whoever takes over lets takes that run go on.
   if (!request.take_over()) {
