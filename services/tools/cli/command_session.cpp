@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -12,10 +11,10 @@
 #include "services/formats/files/enum_words.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/stop_on_signal.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/remote_command.h"
 #include "services/tools/cli/upload_inputs.h"
 #include "services/tools/client/session_client.h"
 
@@ -34,12 +33,7 @@ struct SessionCommandOptions {
   bool json = false;
 };
 
-struct SessionContext {
-  SessionClient& client;
-  const SessionCommandOptions& options;
-  bool quiet;
-  std::stop_token stop;
-};
+using SessionContext = RemoteContext<SessionClient, SessionCommandOptions>;
 
 // "anna at stage2".
 std::string ThisUser() {
@@ -141,45 +135,18 @@ void AddListArguments(CLI::App& command, SessionCommandOptions& options) {
   AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
 }
 
-struct SessionCommand {
-  const char* name;
-  const char* description;
-  const char* example;
-  void (*add_arguments)(CLI::App& command, SessionCommandOptions& options);
-  absl::Status (*action)(const SessionContext& context);
-};
-
-void AddRemoteSessionCommand(CLI::App& group, CommandLine& line, const SessionCommand& what) {
-  CLI::App* command = AddCommand(group, what.name, what.description, what.example);
-  auto options = std::make_shared<SessionCommandOptions>();
-  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  what.add_arguments(*command, *options);
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options, action = what.action, &line] {
-    line.run = [options, action, &line] {
-      const StopOnSignal signals;
-      WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationClient> connection,
-                            RegistrationClient::Connect(options->server));
-      SessionClient client(*connection);
-      return action({client, *options, line.quiet, signals.token()});
-    };
-  });
-}
-
 }  // namespace
 
 void AddSessionCommand(CLI::App& app, CommandLine& line) {
   CLI::App* group = AddCommand(app, "session", "Sessions of a daemon: who works with which cameras.", "");
   group->require_subcommand(1);
-  const SessionCommand commands[] = {
+  const RemoteCommand<SessionClient, SessionCommandOptions> commands[] = {
       {"open",
        "Reserve the cameras of a session.json, and print the lease that starts takes with them. The session "
-       "ends when "
-       "this command does; one whose owner is gone expires",
+       "ends when this command does; one whose owner is gone expires",
        "  weft session open session.json --server 127.0.0.1:7411\n"
        "  weft session open session.json --rig rig.json --board board.json --template shirt --detach "
-       "--lease-s 3600 "
-       "--server 127.0.0.1:7411",
+       "--lease-s 3600 --server 127.0.0.1:7411",
        AddOpenArguments, OpenRemoteSession},
       {"renew", "Have the lease of a session last its whole time again",
        "  weft session renew $LEASE --server 127.0.0.1:7411", AddLeaseArgument, RenewRemoteSession},
@@ -187,7 +154,7 @@ void AddSessionCommand(CLI::App& app, CommandLine& line) {
        "  weft session close $LEASE --server 127.0.0.1:7411", AddLeaseArgument, CloseRemoteSession},
       {"list", "List the sessions of a daemon, the newest first",
        "  weft session list --server 127.0.0.1:7411", AddListArguments, ListRemoteSessions}};
-  for (const SessionCommand& command : commands) AddRemoteSessionCommand(*group, line, command);
+  for (const auto& command : commands) AddRemoteCommand(*group, line, command);
 }
 
 }  // namespace weft

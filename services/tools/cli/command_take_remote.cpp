@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <memory>
 #include <stop_token>
 #include <thread>
 
@@ -17,11 +16,11 @@
 #include "services/formats/files/enum_words.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/stop_on_signal.h"
 #include "services/studio/recording/session_file.h"
 #include "services/studio/recording/take_words.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/remote_command.h"
 #include "services/tools/client/take_client.h"
 
 namespace weft {
@@ -41,12 +40,7 @@ struct RemoteTakeOptions {
   bool json = false;
 };
 
-struct RemoteTakeContext {
-  TakeClient& client;
-  const RemoteTakeOptions& options;
-  bool quiet;
-  std::stop_token stop;
-};
+using RemoteTakeContext = RemoteContext<TakeClient, RemoteTakeOptions>;
 
 const char* PhaseWord(v1::RecorderPhase phase) { return EnumWord(phase, "starting"); }
 
@@ -227,17 +221,6 @@ absl::Status EmptyRemoteTrash(const RemoteTakeContext& context) {
   return absl::OkStatus();
 }
 
-// What a subcommand takes besides --server and --json.
-enum class RemoteTakeArguments { kTake, kMaybeTake, kPin, kSession, kLimit };
-
-struct RemoteTakeCommand {
-  const char* name;
-  const char* description;
-  const char* example;
-  RemoteTakeArguments arguments;
-  absl::Status (*action)(const RemoteTakeContext& context);
-};
-
 void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
   AddOption(command, "--session FILE", options.session, "session.json with cameras, rate and tolerance");
   AddOption(command, "--lease LEASE", options.lease,
@@ -249,80 +232,63 @@ void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
                    "Do not measure first whether the disk keeps up with the cameras");
 }
 
-void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOptions& options) {
-  if (arguments == RemoteTakeArguments::kSession) return AddStartArguments(command, options);
-  if (arguments == RemoteTakeArguments::kLimit) {
-    AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
-    command.add_flag("--trash", options.trash, "Those in the trash instead");
-    AddOption(command, "--search WORDS", options.words,
-              "Those alone in whose slate, name, notes, id or timecode all of these words stand");
-    return;
-  }
-  CLI::Option* take =
-      command.add_option("TAKE", options.take_id, "Id of the take, as `weft take list` prints it");
-  if (arguments != RemoteTakeArguments::kMaybeTake) take->required();
-  if (arguments == RemoteTakeArguments::kPin) command.add_flag("--off", options.unpin, "Unpin it");
+void AddTakeListArguments(CLI::App& command, RemoteTakeOptions& options) {
+  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
+  command.add_flag("--trash", options.trash, "Those in the trash instead");
+  AddOption(command, "--search WORDS", options.words,
+            "Those alone in whose slate, name, notes, id or timecode all of these words stand");
 }
 
-void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCommand& what) {
-  CLI::App* command = AddCommand(take, what.name, what.description, what.example);
-  auto options = std::make_shared<RemoteTakeOptions>();
-  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  AddArguments(*command, what.arguments, *options);
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options, action = what.action, &line] {
-    line.run = [options, action, &line] {
-      const StopOnSignal signals;
-      WEFT_ASSIGN_OR_RETURN(const std::unique_ptr<RegistrationClient> connection,
-                            RegistrationClient::Connect(options->server));
-      TakeClient client(*connection);
-      return action({client, *options, line.quiet, signals.token()});
-    };
-  });
+void AddMaybeTake(CLI::App& command, RemoteTakeOptions& options) {
+  command.add_option("TAKE", options.take_id, "Id of the take, as `weft take list` prints it");
+}
+
+void AddTake(CLI::App& command, RemoteTakeOptions& options) {
+  AddMaybeTake(command, options);
+  command.get_option("TAKE")->required();
+}
+
+void AddPinArguments(CLI::App& command, RemoteTakeOptions& options) {
+  AddTake(command, options);
+  command.add_flag("--off", options.unpin, "Unpin it");
 }
 
 }  // namespace
 
 void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
-  const RemoteTakeCommand commands[] = {
+  const RemoteCommand<TakeClient, RemoteTakeOptions> commands[] = {
       {"start",
        "Have a daemon record the cameras of a session, and print the id of the take. The take goes on when "
-       "this "
-       "command or the daemon ends",
+       "this command or the daemon ends",
        "  weft take start --session session.json --server 127.0.0.1:7411\n"
        "  weft take start --lease $LEASE --server 127.0.0.1:7411\n"
        "  weft take start --session session.json --seconds 60 --server 127.0.0.1:7411",
-       RemoteTakeArguments::kSession, StartRemoteTake},
+       AddStartArguments, StartRemoteTake},
       {"stop", "Close a take that a daemon records, and wait until it is closed",
-       "  weft take stop 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
-       StopRemoteTake},
+       "  weft take stop 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddTake, StopRemoteTake},
       {"watch",
        "Follow a take that a daemon records until it has ended. Stopping the command leaves the take alone. "
-       "Exit "
-       "status 1 when it failed",
-       "  weft take watch 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
-       WatchRemoteTake},
+       "Exit status 1 when it failed",
+       "  weft take watch 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddTake, WatchRemoteTake},
       {"list", "List the takes that a daemon records or recorded, the newest first",
        "  weft take list --server 127.0.0.1:7411\n"
        "  weft take list --search \"12A walk\" --server 127.0.0.1:7411\n"
        "  weft take list --trash --server 127.0.0.1:7411",
-       RemoteTakeArguments::kLimit, ListRemoteTakes},
+       AddTakeListArguments, ListRemoteTakes},
       {"pin", "Keep a take of a daemon from being deleted or cleared away",
        "  weft take pin 20260131-104500-1a2b3c4d --server 127.0.0.1:7411\n"
        "  weft take pin --off 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
-       RemoteTakeArguments::kPin, PinRemoteTake},
+       AddPinArguments, PinRemoteTake},
       {"delete",
        "Move a take of a daemon to its trash. `weft take restore` brings it back until the trash is emptied",
-       "  weft take delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
-       DeleteRemoteTake},
+       "  weft take delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddTake, DeleteRemoteTake},
       {"restore", "Bring a take back from a daemon's trash",
-       "  weft take restore 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
-       RestoreRemoteTake},
+       "  weft take restore 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddTake, RestoreRemoteTake},
       {"empty-trash", "Remove the takes in a daemon's trash, or one of them, for good",
        "  weft take empty-trash --server 127.0.0.1:7411\n"
        "  weft take empty-trash 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
-       RemoteTakeArguments::kMaybeTake, EmptyRemoteTrash}};
-  for (const RemoteTakeCommand& command : commands) AddRemoteTakeCommand(take, line, command);
+       AddMaybeTake, EmptyRemoteTrash}};
+  for (const auto& command : commands) AddRemoteCommand(take, line, command);
 }
 
 }  // namespace weft
