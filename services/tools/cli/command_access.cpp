@@ -104,18 +104,16 @@ void AddRoleOption(CLI::App* command, const std::shared_ptr<AccessCommandOptions
 }  // namespace
 
 void AddAccessCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group =
-      AddCommand(app, "access",
-                 "Whom a daemon knows, besides its own user and root: tokens and certificates with "
-                 "roles. A daemon that runs takes changes within a second.",
-                 "");
+  CLI::App* group = AddCommand(app, "access",
+                               "Whom a daemon knows, besides its own user and root: tokens and certificates "
+                               "with roles. A daemon that runs takes changes within a second.",
+                               "");
   group->require_subcommand(1);
   const auto options = std::make_shared<AccessCommandOptions>();
-  CLI::App* token =
-      AddCommand(*group, "token",
-                 "Make a token, and print it. Its owner keeps it in a file of mode 0600 that "
-                 "WEFT_TOKEN_FILE names.",
-                 "  weft access token anna --role operator --days 90 --state /var/lib/weft > anna.token");
+  CLI::App* token = AddCommand(
+      *group, "token",
+      "Make a token, and print it. Its owner keeps it in a file of mode 0600 that WEFT_TOKEN_FILE names.",
+      "  weft access token anna --role operator --days 90 --state /var/lib/weft > anna.token");
   SetUpAccessCommand(token, line, options, AddAccessToken);
   AddRoleOption(token, options);
   token->add_option("NAME", options->who, "Whose it is")->required();

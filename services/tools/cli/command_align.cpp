@@ -168,13 +168,12 @@ void WarnOfScan(const std::string& path, const v1::ScanReport& scan) {
   const double found = scan.points() > 0 ? 100.0 * scan.found() / scan.points() : 0;
   const bool is_near = scan.median_distance_mm() <= kRegisterScanDistance.good;
   if (found >= kRegisterScanPoints.good && is_near) return;
-  const std::string how =
-      scan.found() == 0
-          ? "no point of it lies on the cloth, so it says nothing"
-          : absl::StrFormat(
-                "%d of its %d points found the cloth (%.2g %%), %.2f mm from it in the median, as "
-                "they do by chance where a scan lies elsewhere",
-                scan.found(), scan.points(), found, scan.median_distance_mm());
+  const std::string how = scan.found() == 0
+                              ? "no point of it lies on the cloth, so it says nothing"
+                              : absl::StrFormat(
+                                    "%d of its %d points found the cloth (%.2g %%), %.2f mm from it in the "
+                                    "median, as they do by chance where a scan lies elsewhere",
+                                    scan.found(), scan.points(), found, scan.median_distance_mm());
   PrintWarning(
       absl::StrCat(path, ": ", how, "; is it in mm, in the rig's world with its axes, and of this moment?"));
 }
@@ -225,14 +224,13 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
 }  // namespace
 
 void AddAlignCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(app, "align",
-                 "Register a template to one cloud and write the registered mesh. The cloud's points name "
-                 "their vertex by board "
-                 "cell (board_row, board_col), or by the property template_vertex (-1 for none).",
-                 "  weft align result/0000/cloud.ply --template shirt --out mesh.ply\n"
-                 "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json\n"
-                 "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
+  CLI::App* command = AddCommand(
+      app, "align",
+      "Register a template to one cloud and write the registered mesh. The cloud's points name their vertex "
+      "by board cell (board_row, board_col), or by the property template_vertex (-1 for none).",
+      "  weft align result/0000/cloud.ply --template shirt --out mesh.ply\n"
+      "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json\n"
+      "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
   auto options = std::make_shared<AlignCommandOptions>();
   command->add_option("CLOUD", options->cloud, "The cloud: a PLY or PCD file")->required()->type_name("");
   AddRequired(*command, "--template DIR", options->garment, "Folder that `weft template import` wrote");
@@ -249,8 +247,8 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
   command->add_flag_callback(
       "--stretchy",
       [options] { options->pipeline.named.mutable_alignment()->set_stretch_rings(kStretchRings); },
-      "For cloth that stretches by more than a few percent: hidden cloth is as long as the "
-      "measured cloth around it, not as the template");
+      "For cloth that stretches by more than a few percent: hidden cloth is as long as the measured cloth "
+      "around it, not as the template");
   AddOption(*command, "--stages DIR", options->stages,
             "Write the mesh after each stage, too: <number>_<stage>.ply in this folder");
   AddOption(*command, "--threads N", options->threads, "Threads to use; 0 for all cores",

@@ -16,8 +16,7 @@ namespace {
 void AddShowCommand(CLI::App& avatar, CommandLine& line) {
   CLI::App* command = AddCommand(avatar, "show",
                                  "Tell what an avatar was trained on, how large it is, and how well it "
-                                 "explains frames that it did not learn "
-                                 "from. Checks its files on the way.",
+                                 "explains frames that it did not learn from. Checks its files on the way.",
                                  "  weft avatar show shirt.avatar");
   struct ShowOptions {
     std::string path;

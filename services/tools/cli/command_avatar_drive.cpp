@@ -195,10 +195,9 @@ void AddDriveInputs(CLI::App& command, DriveOptions& options) {
 
 void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
   AddServerOption(command, options.server, "Let the daemon at HOST:PORT do the work");
-  command.add_flag(
-      "--upload", options.upload,
-      "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "
-      "`weft register --upload`");
+  command.add_flag("--upload", options.upload,
+                   "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; "
+                   "as `weft register --upload`");
   AddOption(command, "--priority N", options.priority,
             "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
             "before everybody's, which is for operators",
@@ -208,15 +207,13 @@ void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
 
 void AddDriveLive(CLI::App& command, DriveOptions& options) {
   CLI::Option* server = command.get_option("--server");
-  CLI::Option* live = command.add_flag("--live", options.live,
-                                       "Drive frames as they arrive, always the newest one; those that it "
-                                       "overtakes are passed over. A DUMP that "
-                                       "is being recorded is followed to its end, another one is replayed "
-                                       "in its rhythm. Says how far meshes are "
-                                       "behind the cameras. Ctrl-C ends it, and the same command goes on. "
-                                       "Without --live, every frame is driven "
-                                       "anew. With --server, the daemon drives every frame of a take that is "
-                                       "being recorded, and catches up when it has ended");
+  CLI::Option* live = command.add_flag(
+      "--live", options.live,
+      "Drive frames as they arrive, always the newest one; those that it overtakes are passed over. A DUMP "
+      "that is being recorded is followed to its end, another one is replayed in its rhythm. Says how far "
+      "meshes are behind the cameras. Ctrl-C ends it, and the same command goes on. Without --live, every "
+      "frame is driven anew. With --server, the daemon drives every frame of a take that is being recorded, "
+      "and catches up when it has ended");
   CLI::Option* speed = AddOption(command, "--speed X", options.speed,
                                  "With --live, of a recording that is over: times as fast as it was taken",
                                  CLI::PositiveNumber)
@@ -234,29 +231,22 @@ void AddDriveLive(CLI::App& command, DriveOptions& options) {
 }  // namespace
 
 void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(avatar, "drive",
-                 "Follow a garment that was captured before with two or three cameras: its "
-                 "avatar supplies what they do not "
-                 "see. Any number of calibrated cameras at any place will do; three at equal "
-                 "angles are much better than two. "
-                 "Results are those of a registration, so `weft evaluate` and `weft export` "
-                 "work on them; sigma_mm tells how "
-                 "far each vertex is to be trusted. Frames are driven in order, since each "
-                 "starts from the one before. A "
-                 "stopped run is resumed by the same command: complete frames stay. A frame that shows too "
-                 "little of the garment fails, and the "
-                 "garment is looked for anew in the "
-                 "next one.",
-                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
-                 "board.json --template shirt --out result\n"
-                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
-                 "board.json --template shirt --out result "
-                 "--cameras front,back,left\n"
-                 "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board "
-                 "board.json --template shirt --out result --server studio:7411 --upload\n"
-                 "  weft avatar drive TAKE --live --session session.json --avatar shirt.avatar "
-                 "--rig rig.json --board board.json --template shirt --out result");
+  CLI::App* command = AddCommand(
+      avatar, "drive",
+      "Follow a garment that was captured before with two or three cameras: its avatar supplies what they do "
+      "not see. Any number of calibrated cameras at any place will do; three at equal angles are much better "
+      "than two. Results are those of a registration, so `weft evaluate` and `weft export` work on them; "
+      "sigma_mm tells how far each vertex is to be trusted. Frames are driven in order, since each starts "
+      "from the one before. A stopped run is resumed by the same command: complete frames stay. A frame that "
+      "shows too little of the garment fails, and the garment is looked for anew in the next one.",
+      "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board board.json --template shirt "
+      "--out result\n"
+      "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board board.json --template shirt "
+      "--out result --cameras front,back,left\n"
+      "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board board.json --template shirt "
+      "--out result --server studio:7411 --upload\n"
+      "  weft avatar drive TAKE --live --session session.json --avatar shirt.avatar --rig rig.json --board "
+      "board.json --template shirt --out result");
   auto options = std::make_shared<DriveOptions>();
   AddDriveInputs(*command, *options);
   AddDriveAtDaemon(*command, *options);

@@ -142,10 +142,8 @@ void AddTrainNet(CLI::App& command, TrainOptions& options) {
   CLI::Option* net = command.add_flag(
       "--net", options.has_net,
       "Train a net that says how far driven meshes are off, by the program weft-train; hours, where the rest "
-      "takes "
-      "minutes. Its samples and state lie in OUT.training until the avatar is whole: Ctrl-C stops it, and "
-      "the same "
-      "command goes on. A net that brings held-out frames no nearer to the truth is left out");
+      "takes minutes. Its samples and state lie in OUT.training until the avatar is whole: Ctrl-C stops it, "
+      "and the same command goes on. A net that brings held-out frames no nearer to the truth is left out");
   CLI::Option* preset =
       AddOption(command, "--preset NAME", options.preset,
                 "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
@@ -171,24 +169,19 @@ void AddTrainNet(CLI::App& command, TrainOptions& options) {
 }  // namespace
 
 void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(avatar, "train",
-                 "Learn what a garment does while it is worn, from complete meshes of it: results of `weft "
-                 "register`, takes of "
-                 "`weft simulate`, data sets of `weft dataset make`. Learnt are the shapes that it takes, "
-                 "how they follow each "
-                 "other, how its threads stretch, and, by frames that are held out, how far all that is to "
-                 "be trusted. The "
-                 "more kinds of motion there are, the better it follows one that it never saw; minutes of "
-                 "each are enough. Of "
-                 "data sets the split train is learnt from and validate held out. Of other sources the last "
-                 "tenth is held "
-                 "out, unless --hold-out names takes.",
-                 "  weft avatar train walk/result jog/result reach/result --out shirt.avatar\n"
-                 "  weft avatar train shirt-drive --out shirt.avatar\n"
-                 "  weft avatar train shirt-drive --net --out shirt.avatar\n"
-                 "  weft avatar train shirt-drive --preset paper --out paper.avatar\n"
-                 "  weft avatar train walk jog --hold-out twist --components 32 --out shirt.avatar");
+  CLI::App* command = AddCommand(
+      avatar, "train",
+      "Learn what a garment does while it is worn, from complete meshes of it: results of `weft register`, "
+      "takes of `weft simulate`, data sets of `weft dataset make`. Learnt are the shapes that it takes, how "
+      "they follow each other, how its threads stretch, and, by frames that are held out, how far all that "
+      "is to be trusted. The more kinds of motion there are, the better it follows one that it never saw; "
+      "minutes of each are enough. Of data sets the split train is learnt from and validate held out. Of "
+      "other sources the last tenth is held out, unless --hold-out names takes.",
+      "  weft avatar train walk/result jog/result reach/result --out shirt.avatar\n"
+      "  weft avatar train shirt-drive --out shirt.avatar\n"
+      "  weft avatar train shirt-drive --net --out shirt.avatar\n"
+      "  weft avatar train shirt-drive --preset paper --out paper.avatar\n"
+      "  weft avatar train walk jog --hold-out twist --components 32 --out shirt.avatar");
   auto options = std::make_shared<TrainOptions>();
   AddTrainSources(*command, options->request);
   AddTrainNet(*command, *options);

@@ -36,13 +36,12 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
   CLI::App* camera = AddCommand(app, "camera", "The cameras at hand, and cameras without hardware.", "");
   camera->require_subcommand(1);
   const auto options = std::make_shared<CameraListCommandOptions>();
-  CLI::App* list = AddCommand(
-      *camera, "list",
-      "List the cameras that session.json can name: GigE Vision cameras that answer in the network, and V4L2 "
-      "cameras of this machine (USB, CSI, frame grabbers).",
-      "  weft camera list\n"
-      "  weft camera list --server 127.0.0.1:7411\n"
-      "  weft camera list --details");
+  CLI::App* list = AddCommand(*camera, "list",
+                              "List the cameras that session.json can name: GigE Vision cameras that answer "
+                              "in the network, and V4L2 cameras of this machine (USB, CSI, frame grabbers).",
+                              "  weft camera list\n"
+                              "  weft camera list --server 127.0.0.1:7411\n"
+                              "  weft camera list --details");
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
   AddServerOption(*list, options->server, "The cameras of the daemon at HOST:PORT, and who uses them");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");

@@ -120,8 +120,8 @@ absl::Status Serve(const FakeCommandOptions& options) {
     if (!IsFreeForGigeEmulator(address))
       return absl::FailedPreconditionError(
           absl::StrCat("port 3956 of ", address,
-                       " cannot be had: other cameras run there (`weft camera list`), or it "
-                       "is no address of this machine; try another --address"));
+                       " cannot be had: other cameras run there (`weft camera list`), or it is no address of "
+                       "this machine; try another --address"));
     v1::SessionCamera& camera = *session.add_cameras();
     camera.set_id(fakes[i].id);
     camera.mutable_gige()->set_device(address);
@@ -152,15 +152,13 @@ absl::Status Serve(const FakeCommandOptions& options) {
 
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
   const auto options = std::make_shared<FakeCommandOptions>();
-  CLI::App* fake =
-      AddCommand(camera, "fake",
-                 "Run GigE Vision cameras without hardware, on this machine's loopback, and write a "
-                 "session.json that names "
-                 "them: `weft take record` records them through the network like any others. They have PTP, "
-                 "packet resend and "
-                 "triggers. They film a pattern, or the pictures of a dump again and again.",
-                 "  weft camera fake --cameras 4\n"
-                 "  weft simulate --preset quickstart --out studio && weft camera fake --pictures studio");
+  CLI::App* fake = AddCommand(
+      camera, "fake",
+      "Run GigE Vision cameras without hardware, on this machine's loopback, and write a session.json that "
+      "names them: `weft take record` records them through the network like any others. They have PTP, "
+      "packet resend and triggers. They film a pattern, or the pictures of a dump again and again.",
+      "  weft camera fake --cameras 4\n"
+      "  weft simulate --preset quickstart --out studio && weft camera fake --pictures studio");
   fake->add_option("--cameras", options->cameras, "How many; with --pictures, as many as the rig has")
       ->check(CLI::Range(1, 200));
   AddOption(*fake, "--address IP", options->address, "Of the first; the others follow it");

@@ -79,14 +79,13 @@ absl::Status LookAtCameras(const CameraLookOptions& options) {
 
 void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
   const auto options = std::make_shared<CameraLookOptions>();
-  CLI::App* look =
-      AddCommand(camera, "look",
-                 "See what the cameras of a daemon see, and how they are exposed and focused. Cameras that "
-                 "nobody uses are opened "
-                 "as a take would open them, for a second; of a take that runs it is the newest frame set.",
-                 "  weft camera look --session session.json --out pictures --server 127.0.0.1:7411\n"
-                 "  weft camera look --take 20260131-104500-1a2b3c4d --camera left --out pictures --server "
-                 "127.0.0.1:7411");
+  CLI::App* look = AddCommand(
+      camera, "look",
+      "See what the cameras of a daemon see, and how they are exposed and focused. Cameras that nobody uses "
+      "are opened as a take would open them, for a second; of a take that runs it is the newest frame set.",
+      "  weft camera look --session session.json --out pictures --server 127.0.0.1:7411\n"
+      "  weft camera look --take 20260131-104500-1a2b3c4d --camera left --out pictures --server "
+      "127.0.0.1:7411");
   AddServerOption(*look, options->server, "HOST:PORT of the daemon")->required();
   AddOption(*look, "--session FILE", options->session, "session.json with the cameras");
   AddOption(*look, "--take ID", options->take_id, "Id of a take, as `weft take list` prints it");

@@ -8,12 +8,11 @@
 namespace weft {
 
 void AddCompletionCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "completion",
-      "Print the script for completion of weft's commands, options and values in a shell. The Debian package "
-      "installs both.",
-      "  weft completion zsh > ~/.zfunc/_weft\n"
-      "  source <(weft completion bash)");
+  CLI::App* command = AddCommand(app, "completion",
+                                 "Print the script for completion of weft's commands, options and values in "
+                                 "a shell. The Debian package installs both.",
+                                 "  weft completion zsh > ~/.zfunc/_weft\n"
+                                 "  source <(weft completion bash)");
   const auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash or zsh")
       ->required()

@@ -149,13 +149,12 @@ void AddDaemonCommand(CLI::App& app, CommandLine& line) {
   CLI::App* group = AddCommand(app, "daemon", "Administer a daemon that runs.", "");
   group->require_subcommand(1);
   const auto options = std::make_shared<DrainCommandOptions>();
-  CLI::App* drain = AddCommand(
-      *group, "drain",
-      "Stop a daemon without loss of work, for example for an update. It refuses new jobs, takes and "
-      "operations, "
-      "lets the frames end that workers are at, and stops. Takes that are recorded go on without it.",
-      "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
-      "  weft daemon drain --jobs --server 127.0.0.1:7411");
+  CLI::App* drain = AddCommand(*group, "drain",
+                               "Stop a daemon without loss of work, for example for an update. It refuses "
+                               "new jobs, takes and operations, lets the frames end that workers are at, and "
+                               "stops. Takes that are recorded go on without it.",
+                               "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
+                               "  weft daemon drain --jobs --server 127.0.0.1:7411");
   AddServerOption(*drain, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
   drain->add_flag("--jobs", options->finish_jobs, "Let all jobs end first");
   RunWith(*drain, line, options, RunDrain);

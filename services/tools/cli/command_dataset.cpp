@@ -132,13 +132,12 @@ void AddFolderCommand(CLI::App& dataset, CommandLine& line, const std::string& n
 }  // namespace
 
 void AddDatasetCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* dataset =
-      AddCommand(app, "dataset",
-                 "Sets of simulated takes without pictures, for training and testing: who moves how, "
-                 "split by motion.",
-                 "  weft dataset list shirt-drive\n"
-                 "  weft dataset make shirt-drive --out shirt-drive --minutes 20\n"
-                 "  weft dataset info shirt-drive");
+  CLI::App* dataset = AddCommand(
+      app, "dataset",
+      "Sets of simulated takes without pictures, for training and testing: who moves how, split by motion.",
+      "  weft dataset list shirt-drive\n"
+      "  weft dataset make shirt-drive --out shirt-drive --minutes 20\n"
+      "  weft dataset info shirt-drive");
   dataset->require_subcommand(1);
 
   CLI::App* make =

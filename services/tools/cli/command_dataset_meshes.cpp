@@ -124,13 +124,12 @@ absl::Status WriteTakeMeshes(const DatasetMeshesOptions& options, bool quiet) {
 }  // namespace
 
 void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      dataset, "meshes",
-      "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the person who wears it as "
-      "DIR/body/<frame>.ply where the take keeps the pose: those of `weft simulate --motion FILE "
-      "--no-pictures` and of data sets do.",
-      "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
-      "  weft dataset meshes take --up z --out meshes");
+  CLI::App* command = AddCommand(dataset, "meshes",
+                                 "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the "
+                                 "person who wears it as DIR/body/<frame>.ply where the take keeps the pose: "
+                                 "those of `weft simulate --motion FILE --no-pictures` and of data sets do.",
+                                 "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
+                                 "  weft dataset meshes take --up z --out meshes");
   const auto options = std::make_shared<DatasetMeshesOptions>();
   AddRequired(*command, "take DIR", options->take, "A take of `weft simulate`, or of a data set");
   AddOption(*command, "--body FILE", options->body,

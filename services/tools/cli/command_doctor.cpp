@@ -47,10 +47,8 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
       app, "doctor",
       "Look for what would spoil a recording on this machine: network, socket buffers, permissions, clock, "
       "disk, cameras, and the data rate of a session; and at the installation: programs, kernel, the daemon, "
-      "its "
-      "state folder, certificates and tokens. Each finding has a remedy. Exit status 1 when frames would be "
-      "lost or "
-      "the daemon does not work.",
+      "its state folder, certificates and tokens. Each finding has a remedy. Exit status 1 when frames would "
+      "be lost or the daemon does not work.",
       "  weft doctor --dir /data/takes\n"
       "  weft doctor --session session.json --dir /data/takes\n"
       "  weft doctor --config /etc/weft/weftd.txtpb --no-cameras --disk-test-gib 0");

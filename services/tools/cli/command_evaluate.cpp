@@ -124,11 +124,10 @@ absl::Status CheckOutIsNoResult(const EvaluateOptions& options) {
   std::error_code error;
   for (const std::string& result : {options.request.result, options.against}) {
     if (options.out.empty() || !std::filesystem::equivalent(options.out, result, error)) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat("--out ", options.out,
-                     ": is the result itself, whose report.html would be replaced; give a folder of "
-                     "its own, ",
-                     options.out, "/evaluation"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--out ", options.out,
+        ": is the result itself, whose report.html would be replaced; give a folder of its own, ",
+        options.out, "/evaluation"));
   }
   return absl::OkStatus();
 }
@@ -138,24 +137,18 @@ absl::Status CheckOutIsNoResult(const EvaluateOptions& options) {
 void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = AddCommand(
       app, "evaluate",
-      "Measure a job's result, against the truth of a synthetic take where there is one. With a "
-      "truth: precision and "
-      "recall of decoding, error of the cloud, distance of every vertex to its true position (apart "
-      "for vertices that 3 cameras or more see and for all others; where the template is not that "
-      "of the take, by board cell), exact drift. Without: coverage and "
-      "visibility, correspondence "
-      "drift by optical flow between unwrapped textures, geodesic distortion against the "
-      "template, self-intersections, "
-      "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
-      "measured is named with the "
-      "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
-      "frames.csv, cameras.csv and report.html. With --against: both results side by side, frame by "
-      "frame; every difference with its standard error and the probability that it is chance. Then --out "
-      "has comparison.json, tables as CSV, plots and maps as SVG, and report.html. With --avatar: how well a "
-      "garment's "
-      "avatar follows it before few cameras, on takes whose truth is known. The carrier (its shape before it "
-      "is "
-      "polished) and the best that its shapes can do stand beside it.",
+      "Measure a job's result, against the truth of a synthetic take where there is one. With a truth: "
+      "precision and recall of decoding, error of the cloud, distance of every vertex to its true position "
+      "(apart for vertices that 3 cameras or more see and for all others; where the template is not that of "
+      "the take, by board cell), exact drift. Without: coverage and visibility, correspondence drift by "
+      "optical flow between unwrapped textures, geodesic distortion against the template, "
+      "self-intersections, jitter, reprojection and leave-one-camera-out error of every camera. What cannot "
+      "be measured is named with the reason. The verdict comes first; bad is exit status 1. With --out: "
+      "evaluation.json, frames.csv, cameras.csv and report.html. With --against: both results side by side, "
+      "frame by frame; every difference with its standard error and the probability that it is chance. Then "
+      "--out has comparison.json, tables as CSV, plots and maps as SVG, and report.html. With --avatar: how "
+      "well a garment's avatar follows it before few cameras, on takes whose truth is known. The carrier "
+      "(its shape before it is polished) and the best that its shapes can do stand beside it.",
       "  weft evaluate result --out result/evaluation\n"
       "  weft evaluate best --against paper --quick --out comparison\n"
       "  weft evaluate result --truth take/truth --quick\n"

@@ -69,8 +69,8 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
   if (options.overlay.empty())
     return absl::InvalidArgumentError(
         absl::StrCat("--format ", options.format,
-                     ": such pictures are the cameras' images; say with --overlay "
-                     "what is drawn over them: wireframe, state, sigma or none"));
+                     ": such pictures are the cameras' images; say with --overlay what is drawn over them: "
+                     "wireframe, state, sigma or none"));
   WEFT_ASSIGN_OR_RETURN(request.kind, OverlayKindFromName(options.overlay));
   request.result = options.request.result;
   request.out = options.request.out;
@@ -218,8 +218,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       app, "export",
       absl::StrCat(
           "Write a job's result as files of other programs. Every frame has the same vertices and faces, in "
-          "the "
-          "template's order. Formats, with the axis that points up and the attributes that they carry:\n",
+          "the template's order. Formats, with the axis that points up and the attributes that they carry:\n",
           FormatTable(),
           "Debian 12 has no libraries of Alembic and binary USD. A stopped export goes on when the command "
           "is repeated. export.json comes last; it has transform, frame rate, and the state of every frame "
@@ -249,10 +248,9 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
             "A coarser mesh of at most so many of the template's vertices, the same in all exports of a job; "
             "0: all",
             CLI::NonNegativeNumber);
-  command->add_flag(
-      "--meshopt", options->request.meshopt,
-      "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; Blender "
-      "does not read it");
+  command->add_flag("--meshopt", options->request.meshopt,
+                    "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; "
+                    "Blender does not read it");
   command->add_flag("--allow-unfinished", options->request.allow_unfinished,
                     "Export what is there of a job that has not ended");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");

@@ -190,17 +190,15 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
   job->require_subcommand(1);
   AddAction(*job, line, "list", "List jobs, the newest first", kLimit | kJson, ListJobs);
   AddAction(*job, line, "show", "Show a job and each of its frames", kJobId | kJson, Show);
-  AddAction(
-      *job, line, "watch",
-      "Follow a job until it has ended. Stopping the command leaves the job alone. The exit status is that "
-      "of `weft register`",
-      kJobId | kJson, Watch);
+  AddAction(*job, line, "watch",
+            "Follow a job until it has ended. Stopping the command leaves the job alone. The exit status is "
+            "that of `weft register`",
+            kJobId | kJson, Watch);
   AddAction(*job, line, "cancel", "Stop a job. Finished frames stay", kJobId | kJson, Cancel);
-  AddAction(
-      *job, line, "retry",
-      "Register the failed and cancelled frames of a job that has ended once more, as with new disks or "
-      "workers. Finished frames stay",
-      kJobId | kJson, Retry);
+  AddAction(*job, line, "retry",
+            "Register the failed and cancelled frames of a job that has ended once more, as with new disks "
+            "or workers. Finished frames stay",
+            kJobId | kJson, Retry);
   AddJobPlanCommand(*job, line);
   AddAction(*job, line, "fetch", "Copy a job's results to this machine", kJobId | kOut, Fetch);
 }

@@ -104,14 +104,14 @@ void AddClusterOptions(CLI::App& command, PlanRequest& request) {
 }  // namespace
 
 void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      job, "plan",
-      "Predict what a job will take on a cluster: core-hours, wall time, memory and bytes, how many frames "
-      "a task should have, and what limits. Registers some of its frames on this machine first, whose "
-      "results are not kept.",
-      "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 1000\n"
-      "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 --compare 256 1024 "
-      "--shared-mib-per-s 2000");
+  CLI::App* command =
+      AddCommand(job, "plan",
+                 "Predict what a job will take on a cluster: core-hours, wall time, memory and bytes, how "
+                 "many frames a task should have, and what limits. Registers some of its frames on this "
+                 "machine first, whose results are not kept.",
+                 "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 1000\n"
+                 "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 "
+                 "--compare 256 1024 --shared-mib-per-s 2000");
   auto options = std::make_shared<JobPlanOptions>();
   v1::RegistrationSpec& spec = options->spec;
   AddRequired(*command, "dump DUMP", *spec.mutable_dump(), "As of `weft register`");

@@ -147,9 +147,7 @@ void AddLibraryCommand(CLI::App& app, CommandLine& line) {
   CLI::App* library = AddCommand(
       app, "library",
       "Rigs, boards, templates, dumps and avatars in the library of a daemon, for clients that share no "
-      "folder with "
-      "it. "
-      "Jobs name them library:NAME, library:NAME@VERSION or library:sha256:HEX",
+      "folder with it. Jobs name them library:NAME, library:NAME@VERSION or library:sha256:HEX",
       "  weft library upload rig rig.json --name studio --server studio:7411\n"
       "  weft register library:jump --rig library:studio --board library:stripes --template library:shirt "
       "--out result --server studio:7411");
@@ -157,9 +155,8 @@ void AddLibraryCommand(CLI::App& app, CommandLine& line) {
   const LibraryCommand commands[] = {
       {"upload",
        "Send a rig, board, template, dump or avatar to the library. Other content under a name that is taken "
-       "becomes "
-       "its next version. An upload that was stopped goes on when the command is repeated, and content that "
-       "the daemon has is not sent",
+       "becomes its next version. An upload that was stopped goes on when the command is repeated, and "
+       "content that the daemon has is not sent",
        "  weft library upload rig rig.json --name studio --server studio:7411\n"
        "  weft library upload template shirt --server studio:7411\n"
        "  weft library upload dump /data/jump --server studio:7411\n"

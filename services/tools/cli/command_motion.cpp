@@ -156,9 +156,9 @@ void AddMotionImport(CLI::App& motion, CommandLine& line) {
   AddOption(*import_command, "--up AXIS", imported->up,
             "The axis of the file that points up; found by how the person stands where it is not given");
   import_command
-      ->add_option("--angles", imported->angles,
-                   "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes "
-                   "somewhere")
+      ->add_option(
+          "--angles", imported->angles,
+          "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes somewhere")
       ->check(OneOf({"auto", "degrees", "radians"}));
   import_command
       ->add_option("--sides", imported->sides,

@@ -94,17 +94,17 @@ absl::Status ShowOptions(const OptionsCommandOptions& options) {
 }  // namespace
 
 void AddOptionsCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "options",
-      "List the options of the pipeline: value, default, unit, range and meaning of each. They are set by "
-      "--config and --set of `weft decode`, `register`, `align` and `template build`: the preset first, then "
-      "the files, then the settings. report.json of a frame, job.json and --json repeat those that were in "
-      "force.",
-      "  weft options triangulation\n"
-      "  weft options sigma_mm --preset paper\n"
-      "  weft options --set triangulation.consensus.inlier_radius_mm=1.5 --file > studio.txtpb\n"
-      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --config "
-      "studio.txtpb");
+  CLI::App* command =
+      AddCommand(app, "options",
+                 "List the options of the pipeline: value, default, unit, range and meaning of each. They "
+                 "are set by --config and --set of `weft decode`, `register`, `align` and `template build`: "
+                 "the preset first, then the files, then the settings. report.json of a frame, job.json and "
+                 "--json repeat those that were in force.",
+                 "  weft options triangulation\n"
+                 "  weft options sigma_mm --preset paper\n"
+                 "  weft options --set triangulation.consensus.inlier_radius_mm=1.5 --file > studio.txtpb\n"
+                 "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+                 "--config studio.txtpb");
   auto options = std::make_shared<OptionsCommandOptions>();
   AddOption(*command, "name NAME", options->names, "Only options whose path contains this");
   AddOption(*command, "--preset NAME", options->preset, "The preset to begin with", OneOf(PresetNames()));

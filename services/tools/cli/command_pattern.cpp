@@ -150,10 +150,10 @@ absl::Status Join(const JoinOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const Board joint, ReadBoards(options.boards));
   const std::vector<CodeClash> clashes = joint.FindClashes(1);
   if (!clashes.empty())
-    return absl::InvalidArgumentError(absl::StrCat(
-        absl::StrJoin(options.boards, " and "),
-        ": 3x3 windows of one read as windows of the other; `weft pattern check` lists them, `weft pattern "
-        "generate --apart-from` makes boards that share none"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(absl::StrJoin(options.boards, " and "),
+                     ": 3x3 windows of one read as windows of the other; `weft pattern check` lists them, "
+                     "`weft pattern generate --apart-from` makes boards that share none"));
   WEFT_RETURN_IF_ERROR(MayWriteBoard(options.out, joint, options.guard));
   const std::string provenance = "weft pattern join";
   WEFT_RETURN_IF_ERROR(WriteBoard(options.out, joint, provenance));
@@ -198,10 +198,9 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
   CLI::App* check = AddCommand(
       pattern, "check",
       "Check that every 3x3 window of a board is unique under rotation, and show how distinct its windows "
-      "are: odds that wrong, unread or mirrored colours read as other windows, and how far the "
-      "nearest other window is. Several boards are checked against each other, too: garments of them can "
-      "only be filmed together where no window reads as one of another board. Exit status 2 when windows "
-      "clash.",
+      "are: odds that wrong, unread or mirrored colours read as other windows, and how far the nearest other "
+      "window is. Several boards are checked against each other, too: garments of them can only be filmed "
+      "together where no window reads as one of another board. Exit status 2 when windows clash.",
       "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
       "  weft pattern check shirt_board --json\n  weft pattern check shirt_board skirt_board");
   auto options = std::make_shared<BoardCheckOptions>();
@@ -220,8 +219,7 @@ void AddJoin(CLI::App& pattern, CommandLine& line) {
   CLI::App* join = AddCommand(
       pattern, "join",
       "Make one board of the boards of several garments, so that a take that shows them together is decoded "
-      "in "
-      "one pass: DIR/board.json and its images. `weft template join` does the same for their templates.",
+      "in one pass: DIR/board.json and its images. `weft template join` does the same for their templates.",
       "  weft pattern join shirt_board skirt_board --out outfit_board");
   auto options = std::make_shared<JoinOptions>();
   join->add_option("BOARD", options->boards, "Two boards or more, in their order from top to bottom")

@@ -126,13 +126,13 @@ absl::Status Palette(const PaletteCommandOptions& options) {
 }  // namespace
 
 void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
-  CLI::App* palette = AddCommand(pattern, "palette",
-                                 "From a photograph under the studio's light: how well the printed inks "
-                                 "separate, and which to change. Distances "
-                                 "of two inks are in units of their scatter; below 4 they are easily "
-                                 "mistaken for each other, above 6 hardly ever.",
-                                 "  weft pattern palette cloth.png --board shirt_board --picture inks.png\n"
-                                 "  weft pattern palette head.jpg --swatches 212 340 1544 361");
+  CLI::App* palette =
+      AddCommand(pattern, "palette",
+                 "From a photograph under the studio's light: how well the printed inks separate, and which "
+                 "to change. Distances of two inks are in units of their scatter; below 4 they are easily "
+                 "mistaken for each other, above 6 hardly ever.",
+                 "  weft pattern palette cloth.png --board shirt_board --picture inks.png\n"
+                 "  weft pattern palette head.jpg --swatches 212 340 1544 361");
   auto options = std::make_shared<PaletteCommandOptions>();
   palette->add_option("PHOTO", options->photo, "A photograph of the print, not white-balanced by pieces")
       ->required()

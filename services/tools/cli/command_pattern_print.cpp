@@ -88,8 +88,7 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
       "the cloth.",
       "  weft pattern print shirt_board --out shirt.pdf --page-width-mm 1500\n"
       "  weft pattern print board.png --cell-mm 2.7 --out board.tif --dpi 360 --page-width-mm 900 "
-      "--page-height-mm "
-      "1200\n"
+      "--page-height-mm 1200\n"
       "  weft pattern print shirt_board --panels panels.png --seam-allowance-mm 12 --out panels.svg");
   auto options = std::make_shared<PrintCommandOptions>();
   print->add_option("BOARD", options->board, "board.json, its folder, or an image with one pixel per cell")

@@ -210,11 +210,10 @@ void AddRegisterPasses(CLI::App& command, RegisterOptions& options) {
                    "No refinement over neighbouring frames, and no bridges over failed ones");
   command.add_flag("--single-pass", options.single_pass,
                    "No second pass: do not search for missed cells where the first mesh predicts them");
-  command.add_flag(
-      "--evaluate", options.evaluate,
-      "Measure drift, distortion and the rest of `weft evaluate` when the job is done: report.html "
-      "then has them beside the paper's figures. It takes minutes for large garments, of which 20 "
-      "frames are measured. With --server it is done here");
+  command.add_flag("--evaluate", options.evaluate,
+                   "Measure drift, distortion and the rest of `weft evaluate` when the job is done: "
+                   "report.html then has them beside the paper's figures. It takes minutes for large "
+                   "garments, of which 20 frames are measured. With --server it is done here");
   command.add_flag("--single-look", options.single_pass, "Older spelling of --single-pass")->group("");
   AddOption(command, "--threads N", options.limits.threads, "Threads; 0 takes all cores",
             CLI::Range(0, 1024));
@@ -227,12 +226,10 @@ void AddRegisterPasses(CLI::App& command, RegisterOptions& options) {
 
 void AddRegisterAtDaemon(CLI::App& command, RegisterOptions& options) {
   AddServerOption(command, options.server, "Let the daemon at HOST:PORT do the work");
-  command.add_flag(
-      "--upload", options.upload,
-      "With --server: send DUMP, rig, board and template to the daemon's library first, for a daemon that "
-      "sees "
-      "no folder of this machine. What it has already is not sent again; the same command goes on with an "
-      "upload that was stopped");
+  command.add_flag("--upload", options.upload,
+                   "With --server: send DUMP, rig, board and template to the daemon's library first, for a "
+                   "daemon that sees no folder of this machine. What it has already is not sent again; the "
+                   "same command goes on with an upload that was stopped");
   AddOption(command, "--priority N", options.priority,
             "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
             "before everybody's, which is for operators",
@@ -252,20 +249,19 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = AddCommand(
       app, "register",
       "From the images of a dump to registered meshes. Decodes the board in every view, triangulates its "
-      "cells, aligns the template, and "
-      "writes per frame mesh.ply (the template's vertices), cloud.ply and report.json, and report.html for "
-      "all. Frames that are complete from an earlier run with the same inputs are kept, so a stopped run "
-      "is resumed.",
+      "cells, aligns the template, and writes per frame mesh.ply (the template's vertices), cloud.ply and "
+      "report.json, and report.html for all. Frames that are complete from an earlier run with the same "
+      "inputs are kept, so a stopped run is resumed.",
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
-      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
-      "--server 127.0.0.1:7411\n"
-      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
-      "--server studio:7411 --upload\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --server "
+      "127.0.0.1:7411\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --server "
+      "studio:7411 --upload\n"
       "  weft register library:jump --rig library:studio --board library:stripes@2 --template library:shirt "
       "--out result --server studio:7411\n"
-      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
-      "--set triangulation.consensus.inlier_radius_mm=1.5");
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --set "
+      "triangulation.consensus.inlier_radius_mm=1.5");
   auto options = std::make_shared<RegisterOptions>();
   AddRegisterInputs(*command, options->spec);
   AddRegisterStages(*command, *options);

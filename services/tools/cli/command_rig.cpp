@@ -107,16 +107,15 @@ absl::Status ImportRig(const RigImportOptions& options) {
 }
 
 void AddImportCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      rig, "import",
-      "Turn the calibration of another program into a rig.json: a KRT text (per camera: id, K, "
-      "distortion k1 k2 p1 p2 k3, "
-      "[R|t] camera_from_world in mm; the size of the images is given here), OpenCV's YAML or JSON, "
-      "ROS's camera_info, Kalibr's camchain, or a folder with COLMAP's "
-      "cameras.txt and images.txt. Fisheye lenses are fitted by Weft's.",
-      "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
-      "  weft rig import --opencv cameras.yml --out rig.json\n"
-      "  weft rig import --colmap sparse --unit m --out rig.json");
+  CLI::App* command =
+      AddCommand(rig, "import",
+                 "Turn the calibration of another program into a rig.json: a KRT text (per camera: id, K, "
+                 "distortion k1 k2 p1 p2 k3, [R|t] camera_from_world in mm; the size of the images is given "
+                 "here), OpenCV's YAML or JSON, ROS's camera_info, Kalibr's camchain, or a folder with "
+                 "COLMAP's cameras.txt and images.txt. Fisheye lenses are fitted by Weft's.",
+                 "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
+                 "  weft rig import --opencv cameras.yml --out rig.json\n"
+                 "  weft rig import --colmap sparse --unit m --out rig.json");
   auto options = std::make_shared<RigImportOptions>();
   CLI::Option_group* from = command->add_option_group("From", "One of them");
   AddOption(*from, "--krt FILE", options->krt, "A KRT file");
@@ -175,8 +174,7 @@ absl::Status ExportRig(const ExportOptions& options) {
 void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command = AddCommand(rig, "export",
                                  "Write a rig.json for other programs: KRT, OpenCV's YAML, or COLMAP's text "
-                                 "model (a folder, FULL_OPENCV cameras, "
-                                 "lengths in mm).",
+                                 "model (a folder, FULL_OPENCV cameras, lengths in mm).",
                                  "  weft rig export rig.json --format opencv --out cameras.yml\n"
                                  "  weft rig export rig.json --format colmap --out sparse");
   auto options = std::make_shared<ExportOptions>();

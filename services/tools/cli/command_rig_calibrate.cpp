@@ -112,9 +112,8 @@ void AddTargetCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command = AddCommand(
       rig, "target",
       "Boards of AprilTags to calibrate a rig with: target.json, and every board as PDF and SVG at true "
-      "scale. Glue the "
-      "print on something flat and stiff, measure a tag, and correct tag_mm in target.json where the printer "
-      "was off.",
+      "scale. Glue the print on something flat and stiff, measure a tag, and correct tag_mm in target.json "
+      "where the printer was off.",
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --out target\n"
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --boards 2 --bar 500:501:1000 --out target");
   auto options = std::make_shared<TargetOptions>();
@@ -152,13 +151,12 @@ absl::Status Rehearse(const RehearseOptions& options, bool quiet) {
 }
 
 void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(rig, "rehearse",
-                 "Render what a simulated rig would record of a target that is moved through its volume, to "
-                 "try calibration and to "
-                 "see how many frames it takes. The rig that took the images is written beside them.",
-                 "  weft rig rehearse --target target/target.json --cameras 8 --frames 60 --out boards\n"
-                 "  weft rig calibrate boards --target target/target.json --out rig.json");
+  CLI::App* command = AddCommand(
+      rig, "rehearse",
+      "Render what a simulated rig would record of a target that is moved through its volume, to try "
+      "calibration and to see how many frames it takes. The rig that took the images is written beside them.",
+      "  weft rig rehearse --target target/target.json --cameras 8 --frames 60 --out boards\n"
+      "  weft rig calibrate boards --target target/target.json --out rig.json");
   auto options = std::make_shared<RehearseOptions>();
   RehearsalOptions& r = options->rehearsal;
   r.rig = {.cameras = 8,
@@ -256,16 +254,15 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
 }
 
 void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(rig, "calibrate",
-                                 "Calibrate the cameras of a rig from a dump in which boards of a target are "
-                                 "moved through the volume: lenses, poses, "
-                                 "their sigmas, and a page to look at. Cameras need not share one view: it "
-                                 "is enough that each sees boards together "
-                                 "with some other. A calibration that cannot be trusted is refused, with the "
-                                 "camera, the cause and the remedy.",
-                                 "  weft rig calibrate boards --target target/target.json --out rig.json\n"
-                                 "  weft rig calibrate boards --target target/target.json --world-frame 0012 "
-                                 "--world-floor --scale bar --out rig.json");
+  CLI::App* command =
+      AddCommand(rig, "calibrate",
+                 "Calibrate the cameras of a rig from a dump in which boards of a target are moved through "
+                 "the volume: lenses, poses, their sigmas, and a page to look at. Cameras need not share one "
+                 "view: it is enough that each sees boards together with some other. A calibration that "
+                 "cannot be trusted is refused, with the camera, the cause and the remedy.",
+                 "  weft rig calibrate boards --target target/target.json --out rig.json\n"
+                 "  weft rig calibrate boards --target target/target.json --world-frame 0012 --world-floor "
+                 "--scale bar --out rig.json");
   auto options = std::make_shared<CalibrateOptions>();
   CalibrationRequest& request = options->request;
   AddRequired(*command, "dump DUMP", request.dump, "A recorded take or a folder of images");

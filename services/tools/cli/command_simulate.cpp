@@ -215,8 +215,7 @@ class Changes {
     command_
         .add_option_function<std::string>("--motion", note,
                                           "What the person in the garment does: breathing, twist, jogging, "
-                                          "pinch, twist-and-pinch, or a file of "
-                                          "`weft motion make`")
+                                          "pinch, twist-and-pinch, or a file of `weft motion make`")
         ->type_name("NAME|FILE")
         ->group(group_);
   }

@@ -36,12 +36,11 @@ absl::Status Split(const SplitOptions& options) {
 }  // namespace
 
 void AddSplitCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(app, "split",
-                 "Take the result of a joint template apart: DIR/GARMENT is a result of each garment by "
-                 "itself, with its own "
-                 "template, which weft evaluate, export and the Blender add-on read like any other.",
-                 "  weft split result --out garments\n  weft evaluate garments/shirt");
+  CLI::App* command = AddCommand(
+      app, "split",
+      "Take the result of a joint template apart: DIR/GARMENT is a result of each garment by itself, with "
+      "its own template, which weft evaluate, export and the Blender add-on read like any other.",
+      "  weft split result --out garments\n  weft evaluate garments/shirt");
   auto options = std::make_shared<SplitOptions>();
   command->add_option("RESULT", options->result, "The --out folder of weft register")
       ->required()

@@ -86,12 +86,11 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
     command->add_flag("--json", options->json, "Print JSON");
     return command;
   };
-  CLI::App* info = add(
-      "info",
-      "Show what a take holds: the verdict, cameras, frame sets, sync between the cameras, and why frames "
-      "are missing. Exit status 0, whatever the verdict.",
-      "  weft take info take\n"
-      "  weft take info take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
+  CLI::App* info = add("info",
+                       "Show what a take holds: the verdict, cameras, frame sets, sync between the cameras, "
+                       "and why frames are missing. Exit status 0, whatever the verdict.",
+                       "  weft take info take\n"
+                       "  weft take info take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
   RunHereOrAtDaemon(*info, line, [options] { return Info(*options); });
   CLI::App* verify = add(
       "verify",
@@ -100,14 +99,13 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
       "  weft take verify take\n"
       "  weft take verify take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
   RunHereOrAtDaemon(*verify, line, [options] { return Verify(*options); });
-  CLI::App* recover =
-      add("recover",
-          "Make a take readable again whose recorder crashed or whose files are damaged. Every intact frame "
-          "is kept; a gap with its reason replaces each lost frame; index, ledger and totals "
-          "are rebuilt. Replaced data are kept in TAKE/recovered.",
-          "  weft take recover take\n"
-          "  weft take recover --dry-run take\n"
-          "  weft take recover --force take");
+  CLI::App* recover = add("recover",
+                          "Make a take readable again whose recorder crashed or whose files are damaged. "
+                          "Every intact frame is kept; a gap with its reason replaces each lost frame; "
+                          "index, ledger and totals are rebuilt. Replaced data are kept in TAKE/recovered.",
+                          "  weft take recover take\n"
+                          "  weft take recover --dry-run take\n"
+                          "  weft take recover --force take");
   RunWith(*recover, line, options, Recover);
   recover->add_flag("--force", options->force, "Also a take that was closed");
   recover->add_flag("--dry-run", options->dry_run, "Say what would be done, change nothing");

@@ -95,15 +95,15 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
     AddRequired(command, "--out DIR", options->out, out);
     command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   };
-  CLI::App* export_command = AddCommand(
-      take, "export",
-      "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
-      "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or as "
-      "a preview video of all cameras. Videos need the program ffmpeg.",
-      "  weft take export take --out images --demosaic\n"
-      "  weft take export take --out archive --format ffv1\n"
-      "  weft take export take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --out images\n"
-      "  weft take export take --out take.mp4 --format proxy");
+  CLI::App* export_command =
+      AddCommand(take, "export",
+                 "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
+                 "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or "
+                 "as a preview video of all cameras. Videos need the program ffmpeg.",
+                 "  weft take export take --out images --demosaic\n"
+                 "  weft take export take --out archive --format ffv1\n"
+                 "  weft take export take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --out images\n"
+                 "  weft take export take --out take.mp4 --format proxy");
   add(*export_command, "TAKE", "Folder of the take",
       "Folder of the images or of the archive, file of the video (mp4, mkv)");
   AddOption(*export_command, "--format FORMAT", options->format, "images, ffv1 or proxy",
@@ -115,8 +115,8 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
 
   CLI::App* trim =
       AddCommand(take, "trim",
-                 "Copy a range of frame sets into a take of its own; numbers, times and bytes "
-                 "stay, but for the times of cameras that are shifted.",
+                 "Copy a range of frame sets into a take of its own; numbers, times and bytes stay, but for "
+                 "the times of cameras that are shifted.",
                  "  weft take trim take --frames 100:200 --out walk\n"
                  "  weft take trim take:20260131-104500-1a2b3c4d --frames 100:200 --server 127.0.0.1:7411\n"
                  "  weft take trim take --out shifted --shift cam3=-1.5");

@@ -123,8 +123,8 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   const auto searched = std::make_shared<SearchOptions>();
   CLI::App* search =
       AddCommand(take, "search",
-                 "List the takes in a folder in whose slate, name, notes, id, timecode, origin or "
-                 "path all words stand, whatever their case. A daemon's: `weft take list --search`.",
+                 "List the takes in a folder in whose slate, name, notes, id, timecode, origin or path all "
+                 "words stand, whatever their case. A daemon's: `weft take list --search`.",
                  "  weft take search 12A walk --in /data/takes");
   search->add_option("WORDS", searched->words, "None: all takes")->type_name("");
   AddOption(*search, "--in DIR", searched->folder, "A folder with takes in it, or in its folders");

@@ -179,19 +179,17 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<ImportCommandOptions>();
   CLI::App* command = AddCommand(
       take, "import",
-      "Make a take of a folder of images, without loss, or of videos, one per camera (MP4, MOV, "
-      "MKV and what else ffmpeg reads). Videos are put in step by their timecode or, with a rig "
-      "and a board, by the motion of the print; offsets and how sure they are is printed. What "
-      "cannot be read is missing in the take, with the reason. An import of videos that was cut "
-      "off goes on when it is called again.",
+      "Make a take of a folder of images, without loss, or of videos, one per camera (MP4, MOV, MKV and what "
+      "else ffmpeg reads). Videos are put in step by their timecode or, with a rig and a board, by the "
+      "motion of the print; offsets and how sure they are is printed. What cannot be read is missing in the "
+      "take, with the reason. An import of videos that was cut off goes on when it is called again.",
       "  weft take import dump --out take --fps 30\n"
       "  weft take import cam1.mp4 cam2.mp4 --rig rig.json --board board.json --out take\n"
       "  weft take import --camera left=GX01.MP4 --camera right=GX02.MP4 --sync timecode --out take");
   command
-      ->add_option(
-          "SOURCE", options->sources,
-          "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or <camera>/<frame>.png "
-          "where names tell, or videos named like their cameras")
+      ->add_option("SOURCE", options->sources,
+                   "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or "
+                   "<camera>/<frame>.png where names tell, or videos named like their cameras")
       ->type_name("");
   AddRequired(*command, "--out DIR", options->out, "Folder of the new take");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");

@@ -113,15 +113,14 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
 
 void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<RecordCommandOptions>();
-  CLI::App* record = AddCommand(
-      take, "record",
-      "Record the cameras of a session into a new take, until the time is over or Ctrl-C; then give a "
-      "verdict, what was recorded, why frames are missing, and what to do next. Exit status 1 when the "
-      "verdict is bad. Measures before whether the disk keeps up with the cameras, and refuses where it does "
-      "not.",
-      "  weft take record --session session.json --out take --seconds 60\n"
-      "  weft take record --session session.json --out take --preview look --board board.json --template "
-      "shirt");
+  CLI::App* record = AddCommand(take, "record",
+                                "Record the cameras of a session into a new take, until the time is over or "
+                                "Ctrl-C; then give a verdict, what was recorded, why frames are missing, and "
+                                "what to do next. Exit status 1 when the verdict is bad. Measures before "
+                                "whether the disk keeps up with the cameras, and refuses where it does not.",
+                                "  weft take record --session session.json --out take --seconds 60\n"
+                                "  weft take record --session session.json --out take --preview look --board "
+                                "board.json --template shirt");
   AddRequired(*record, "--session FILE", options->session, "session.json with cameras, rate and tolerance");
   AddRequired(*record, "--out DIR", options->out, "Folder of the new take");
   AddOption(*record, "--seconds S", options->seconds, "How long; 0: until Ctrl-C", CLI::NonNegativeNumber);

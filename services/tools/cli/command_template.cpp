@@ -160,10 +160,9 @@ void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
       ->capture_default_str();
   command.add_flag("--allow-scale", options.allow_scale,
                    "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
-  command.add_flag(
-      "--turn-faces", options.turn_faces,
-      "All faces of a sheet show its inside: turn them. Those of garments that enclose something are "
-      "turned without it");
+  command.add_flag("--turn-faces", options.turn_faces,
+                   "All faces of a sheet show its inside: turn them. Those of garments that enclose "
+                   "something are turned without it");
 }
 
 }  // namespace

@@ -134,8 +134,8 @@ void AddSewingOptions(CLI::App& command, v1::PipelineOptions& named) {
   command
       .add_option_function<int>(
           "--openings", [build](int openings) { build()->set_openings(openings); },
-          "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; "
-          "-1 takes what is found")
+          "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; -1 takes "
+          "what is found")
       ->default_str(absl::StrCat(defaults.openings))
       ->type_name("N")
       ->check(CLI::Range(-1, 100));
@@ -158,8 +158,8 @@ void AddSewingOptions(CLI::App& command, v1::PipelineOptions& named) {
       "Borders that run along each other like a seam but further apart stay open");
   command.add_flag_callback(
       "--corners", [build] { build()->set_corners(true); },
-      "A vertex at every corner between four cells of a panel as well: twice as many vertices, "
-      "which clouds with corners tell the places of. Registration takes about twice as long");
+      "A vertex at every corner between four cells of a panel as well: twice as many vertices, which clouds "
+      "with corners tell the places of. Registration takes about twice as long");
 }
 
 }  // namespace
@@ -168,12 +168,11 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
   CLI::App* command = AddCommand(
       garment, "build",
       "Build a template from a recording of the garment, or from clouds of it, best of a person who stands "
-      "with arms away from the body. "
-      "Finds the panels on the board and the seams between them, sews, checks the openings, and lays the "
-      "garment to rest in the pose of the cloud that shows most: DIR/template.json, DIR/mesh.ply and "
-      "DIR/cells.txt (with --corners DIR/corners.txt), as `weft template import` writes them. Nothing but "
-      "the clouds of a recording is "
-      "written (DIR/clouds/, to try again with other options) when the garment is not what was expected.",
+      "with arms away from the body. Finds the panels on the board and the seams between them, sews, checks "
+      "the openings, and lays the garment to rest in the pose of the cloud that shows most: "
+      "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (with --corners DIR/corners.txt), as `weft template "
+      "import` writes them. Nothing but the clouds of a recording is written (DIR/clouds/, to try again with "
+      "other options) when the garment is not what was expected.",
       "  weft template build TPOSE_DUMP --rig rig.json --board board.json --openings 4 --out shirt\n"
       "  weft template build shirt/clouds/*.ply --board board.json --openings 5 --out shirt\n"
       "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");

@@ -73,8 +73,7 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
       garment, "check",
       "Check a template: files that belong together, a clean surface (every edge with one or two faces that "
       "run the same way round and show the printed side), vertices that lie on the mesh as on the board, "
-      "edges as "
-      "long as on the print, seams and openings as template.json lists them. Prints what it is.",
+      "edges as long as on the print, seams and openings as template.json lists them. Prints what it is.",
       "  weft template check shirt --openings 4\n"
       "  weft template check shirt --board board.json --json");
   auto options = std::make_shared<TemplateCheckOptions>();

@@ -58,14 +58,13 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
 }  // namespace
 
 void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      garment, "join",
-      "Make one template of the garments that a take shows together. The boards that they were sewn from "
-      "must "
-      "be parts of the joint board. Meshes of all garments are registered at once, and do not pass through "
-      "each other; exports and evaluation show them together and apart.",
-      "  weft pattern join skirt_board shirt_board --out outfit_board\n"
-      "  weft template join skirt shirt --board outfit_board --out outfit");
+  CLI::App* command =
+      AddCommand(garment, "join",
+                 "Make one template of the garments that a take shows together. The boards that they were "
+                 "sewn from must be parts of the joint board. Meshes of all garments are registered at once, "
+                 "and do not pass through each other; exports and evaluation show them together and apart.",
+                 "  weft pattern join skirt_board shirt_board --out outfit_board\n"
+                 "  weft template join skirt shirt --board outfit_board --out outfit");
   auto options = std::make_shared<TemplateJoinOptions>();
   command
       ->add_option("TEMPLATE", options->templates,

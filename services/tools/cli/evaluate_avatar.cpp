@@ -63,10 +63,9 @@ void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOpt
       ->needs(avatar)
       ->group(kAvatarGroup);
   command
-      .add_flag(
-          "--trials", options.scoring.with_trials,
-          "Drive takes without pictures also before two cameras in other places, each frame by itself, and "
-          "while one of two is dark")
+      .add_flag("--trials", options.scoring.with_trials,
+                "Drive takes without pictures also before two cameras in other places, each frame by itself, "
+                "and while one of two is dark")
       ->needs(avatar)
       ->group(kAvatarGroup);
   AddOption(command, "--meshes DIR", options.scoring.meshes,
@@ -97,8 +96,8 @@ absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
   if (fits) return range;
   return absl::InvalidArgumentError(
       absl::StrCat("--frames ", text,
-                   ": expected A:B, positions of the first frame and of the first one after "
-                   "the range, or the number of frames from the first on"));
+                   ": expected A:B, positions of the first frame and of the first one after the range, or "
+                   "the number of frames from the first on"));
 }
 
 absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {

@@ -71,8 +71,7 @@ absl::Status OutcomeOf(const v1::Job& job) {
   if (job.frames().failed() > 0) {
     return absl::InternalError(absl::StrCat(job.frames().failed(), " of ", job.frames().total(),
                                             " frames could not be ", KindOf(job.spec()).done_word(),
-                                            "; the reasons are above and "
-                                            "in the report"));
+                                            "; the reasons are above and in the report"));
   }
   return absl::OkStatus();
 }

@@ -49,8 +49,8 @@ absl::Status CheckNetTrainer() {
   if (std::error_code error; std::filesystem::exists(program, error)) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(
       "--net needs weft-train, and ", program,
-      " is missing; install the package weft-train, or Debian's libtorch-dev and libonnx-dev and "
-      "build weft with -DWEFT_TRAIN=ON, or train without --net. Driving with a net needs none of them"));
+      " is missing; install the package weft-train, or Debian's libtorch-dev and libonnx-dev and build weft "
+      "with -DWEFT_TRAIN=ON, or train without --net. Driving with a net needs none of them"));
 }
 
 absl::Status RunNetTrainer(const NetTask& task,
