@@ -92,7 +92,7 @@ AngleJudgement JudgeBvhAngles(const BvhHierarchy& hierarchy, const std::vector<d
   constexpr size_t kFewestRotations = 9;
   size_t rotations = 0;
   for (const std::vector<BvhChannel>& channels : hierarchy.channels)
-    rotations += static_cast<size_t>(std::count_if(channels.begin(), channels.end(), IsRotation));
+    rotations += static_cast<size_t>(std::ranges::count_if(channels, IsRotation));
   const Channels seen(hierarchy, values);
   if (rotations < kFewestRotations || seen.most() > kMost || seen.most() < kLeast || seen.usual() > kUsual)
     return {};

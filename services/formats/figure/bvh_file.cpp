@@ -115,9 +115,7 @@ class MotionBuilder {
     return rows_.values[row * hierarchy_.numbers + first_[joint] + channel];
   }
 
-  bool HasPosition(size_t joint) const {
-    return std::any_of(hierarchy_.channels[joint].begin(), hierarchy_.channels[joint].end(), IsPosition);
-  }
+  bool HasPosition(size_t joint) const { return std::ranges::any_of(hierarchy_.channels[joint], IsPosition); }
 
   Eigen::Vector3d PositionAt(size_t row, size_t joint, const Eigen::Vector3d& otherwise) const {
     Eigen::Vector3d out = otherwise;
@@ -155,7 +153,7 @@ class MotionBuilder {
         if (IsScale(hierarchy_.channels[j][c]))
           for (size_t row = 0; row < count_; ++row) values.push_back(Value(row, j, c));
       if (values.empty()) continue;
-      const auto [low, high] = std::minmax_element(values.begin(), values.end());
+      const auto [low, high] = std::ranges::minmax_element(values);
       constexpr double kSame = 1e-3;
       if (!(*low > 0) || *high - *low > kSame * *high)
         return absl::InvalidArgumentError(

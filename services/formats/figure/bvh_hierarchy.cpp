@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 9> kChannelNames = {"xposition", "ypositi
                                                            "xscale",    "yscale",    "zscale"};
 
 std::optional<BvhChannel> ChannelNamed(std::string_view word) {
-  const auto at = std::find(kChannelNames.begin(), kChannelNames.end(), LowerCase(word));
+  const auto at = std::ranges::find(kChannelNames, LowerCase(word));
   if (at == kChannelNames.end()) return std::nullopt;
   return static_cast<BvhChannel>(at - kChannelNames.begin());
 }
@@ -87,7 +87,7 @@ class HierarchyReader {
     std::vector<BvhChannel>& channels = out_.channels[open_.back()];
     const size_t before = channels.size();
     while (const std::optional<BvhChannel> channel = ChannelNamed(text_.Peek())) {
-      if (std::find(channels.begin(), channels.end(), *channel) != channels.end())
+      if (std::ranges::find(channels, *channel) != channels.end())
         return text_.Error(absl::StrCat("channel ", Shown(), " stands twice at a joint"));
       channels.push_back(*channel);
       text_.Next();

@@ -153,8 +153,8 @@ absl::StatusOr<CloudTargets> TargetsByVertex(const PlyElement& element, const st
     }
     out.targets.push_back({index, (*positions)[i], (*sigma_mm)[i], static_cast<int>((*views)[i])});
   }
-  std::stable_sort(out.targets.begin(), out.targets.end(),
-                   [](const VertexTarget& a, const VertexTarget& b) { return a.vertex < b.vertex; });
+  std::ranges::stable_sort(out.targets,
+                           [](const VertexTarget& a, const VertexTarget& b) { return a.vertex < b.vertex; });
   for (size_t i = 1; i < out.targets.size(); ++i) {
     if (out.targets[i].vertex != out.targets[i - 1].vertex) continue;
     return absl::InvalidArgumentError(
@@ -168,7 +168,7 @@ bool NodeLess(const CloudPoint& a, const CloudPoint& b) {
 }
 
 absl::Status SortByNode(Cloud& cloud, const std::string& source_name) {
-  std::stable_sort(cloud.points.begin(), cloud.points.end(), NodeLess);
+  std::ranges::stable_sort(cloud.points, NodeLess);
   for (size_t i = 1; i < cloud.points.size(); ++i) {
     const BoardNode& node = cloud.points[i].node;
     if (node != cloud.points[i - 1].node) continue;

@@ -26,7 +26,7 @@ absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& res
   if (error) {
     return absl::PermissionDeniedError(absl::StrCat(result, ": cannot be listed (", error.message(), ")"));
   }
-  std::sort(names.begin(), names.end(), NaturalLess);
+  std::ranges::sort(names, NaturalLess);
   return names;
 }
 

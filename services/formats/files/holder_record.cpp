@@ -137,8 +137,8 @@ class Refresher {
 
   bool Holds(const std::string& text) {
     const MutexLock lock(mutex_);
-    return std::any_of(held_.begin(), held_.end(),
-                       [&](const One& one) { return one.text == text && !one.held.expired(); });
+    return std::ranges::any_of(held_,
+                               [&](const One& one) { return one.text == text && !one.held.expired(); });
   }
 
  private:

@@ -90,14 +90,12 @@ class BodyReader {
     return words;
   }
   // Goes to the next line that is not blank; of text only.
-  void SkipBlank() {
-    rest_.remove_prefix(std::find_if_not(rest_.begin(), rest_.end(), IsSpace) - rest_.begin());
-  }
+  void SkipBlank() { rest_.remove_prefix(std::ranges::find_if_not(rest_, IsSpace) - rest_.begin()); }
   bool is_text() const { return ascii_; }
 
   // Whether nothing follows but what programs put at the end of a file.
   bool IsAtEnd() const {
-    return std::all_of(rest_.begin(), rest_.end(), [](char c) { return IsSpace(c) || c == '\0'; });
+    return std::ranges::all_of(rest_, [](char c) { return IsSpace(c) || c == '\0'; });
   }
 
   // Empty when done, otherwise what is wrong.
@@ -118,7 +116,7 @@ class BodyReader {
 
   std::string TakeWord(PlyType type, double& value) {
     SkipBlank();
-    const size_t length = std::find_if(rest_.begin(), rest_.end(), IsSpace) - rest_.begin();
+    const size_t length = std::ranges::find_if(rest_, IsSpace) - rest_.begin();
     if (length == 0) return "the file ends here, it is truncated";
     const absl::string_view word(rest_.data(), length);
     rest_.remove_prefix(length);
@@ -240,8 +238,7 @@ absl::Status ReadElement(BodyReader& reader, const std::string& source_name, Ply
 absl::Status CheckColumn(const PlyElement& element, const PlyProperty& property) {
   const bool scalar_ok = !property.is_list && property.values.size() == element.rows;
   const bool list_ok = property.is_list && property.list_start.size() == element.rows + 1 &&
-                       std::is_sorted(property.list_start.begin(), property.list_start.end()) &&
-                       property.list_start.front() == 0 &&
+                       std::ranges::is_sorted(property.list_start) && property.list_start.front() == 0 &&
                        property.list_start.back() == property.values.size();
   if (scalar_ok || list_ok) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("element ", element.name, ", property ", property.name, ": ",

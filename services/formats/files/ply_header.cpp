@@ -45,7 +45,7 @@ std::optional<PlyType> TypeFromName(std::string_view name) {
 
 template <typename T>
 bool IsIn(const std::vector<T>& all, const std::string& name) {
-  return std::any_of(all.begin(), all.end(), [&](const T& one) { return one.name == name; });
+  return std::ranges::any_of(all, [&](const T& one) { return one.name == name; });
 }
 
 // Reads the header line by line.
@@ -98,7 +98,7 @@ class HeaderReader {
     if (words.empty()) return absl::OkStatus();
     // A line end of another kind than the first one, for instance.
     if (words[0] != "comment" &&
-        std::any_of(line_.begin(), line_.end(), [](char c) { return absl::ascii_iscntrl(c) && c != '\t'; }))
+        std::ranges::any_of(line_, [](char c) { return absl::ascii_iscntrl(c) && c != '\t'; }))
       return Error("has a control character; do its lines end in one way?");
     if (words[0] == "comment") {
       const std::string_view text = line_.substr(line_.find("comment") + 7);

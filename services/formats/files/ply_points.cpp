@@ -24,8 +24,8 @@ void KeepRows(const std::vector<bool>& keep, PlyProperty& property) {
 }  // namespace
 
 size_t DropUnmeasured(Ply& ply) {
-  const auto vertex = std::find_if(ply.elements.begin(), ply.elements.end(),
-                                   [](const PlyElement& element) { return element.name == "vertex"; });
+  const auto vertex =
+      std::ranges::find_if(ply.elements, [](const PlyElement& element) { return element.name == "vertex"; });
   if (vertex == ply.elements.end()) return 0;
   std::vector<bool> keep(vertex->rows, true);
   for (const char* axis : {"x", "y", "z"}) {
@@ -34,7 +34,7 @@ size_t DropUnmeasured(Ply& ply) {
     for (size_t row = 0; row < vertex->rows; ++row)
       keep[row] = keep[row] && std::isfinite(column->values[row]);
   }
-  const auto dropped = static_cast<size_t>(std::count(keep.begin(), keep.end(), false));
+  const auto dropped = static_cast<size_t>(std::ranges::count(keep, false));
   if (dropped == 0) return 0;
   for (PlyProperty& property : vertex->properties) KeepRows(keep, property);
   vertex->rows -= dropped;

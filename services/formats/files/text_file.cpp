@@ -24,8 +24,8 @@ std::string_view WithoutByteOrderMark(std::string_view text) {
 }
 
 absl::Status CheckEncoding(std::string_view text, const std::string& source_name) {
-  const bool is_other = std::any_of(kOtherMarks.begin(), kOtherMarks.end(),
-                                    [text](std::string_view mark) { return text.starts_with(mark); });
+  const bool is_other =
+      std::ranges::any_of(kOtherMarks, [text](std::string_view mark) { return text.starts_with(mark); });
   if (!is_other) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(source_name, ": is text in UTF-16 or UTF-32; save it as UTF-8"));

@@ -97,7 +97,7 @@ Message& OwnerIn(v1::PipelineOptions& options, const std::string& path) {
 absl::Status CheckStage(const OptionField& option, const std::vector<std::string>& stages,
                         const std::string& setting) {
   const std::string stage = option.path.substr(0, option.path.find('.'));
-  if (stages.empty() || std::count(stages.begin(), stages.end(), stage) > 0) return absl::OkStatus();
+  if (stages.empty() || std::ranges::count(stages, stage) > 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("--set ", setting, ": this command has no stage ", stage,
                                                  ", it has ", absl::StrJoin(stages, ", ")));
 }

@@ -58,8 +58,7 @@ v1::PipelineOptions OfStages(const v1::PipelineOptions& options, const std::vect
   std::vector<const google::protobuf::FieldDescriptor*> fields;
   kept.GetReflection()->ListFields(kept, &fields);
   for (const auto* field : fields) {
-    if (std::count(stages.begin(), stages.end(), field->name()) == 0)
-      kept.GetReflection()->ClearField(&kept, field);
+    if (std::ranges::count(stages, field->name()) == 0) kept.GetReflection()->ClearField(&kept, field);
   }
   return kept;
 }

@@ -155,7 +155,7 @@ absl::StatusOr<std::vector<TakeFloor>> MeasureFloor(const v1::Dataset& dataset, 
   std::vector<TakeFloor> out;
   for (const v1::DatasetTake& chaos : dataset.takes()) {
     if (chaos.split() != NameOf(DatasetSplit::kChaos) || chaos.frames_hash().empty()) continue;
-    const auto first = std::find_if(dataset.takes().begin(), dataset.takes().end(), [&](const auto& take) {
+    const auto first = std::ranges::find_if(dataset.takes(), [&](const auto& take) {
       return take.split() != chaos.split() && take.motion() == chaos.motion() &&
              take.motion_seed() == chaos.motion_seed() && !take.frames_hash().empty();
     });

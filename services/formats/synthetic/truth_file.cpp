@@ -38,7 +38,7 @@ std::vector<std::string> NamesIn(const std::string& folder, std::string_view end
     if (ending.empty() ? it->is_directory(error) : path.extension() == ending)
       names.push_back(ending.empty() ? path.filename().string() : path.stem().string());
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 

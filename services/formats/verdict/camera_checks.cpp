@@ -72,7 +72,7 @@ std::string PartText(const CameraStanding& camera) {
 }
 
 const CameraStanding& Named(const std::vector<CameraStanding>& cameras, const std::string& id) {
-  return *std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.camera == id; });
+  return *std::ranges::find_if(cameras, [&](const auto& c) { return c.camera == id; });
 }
 
 int ImagesOf(const std::vector<CameraStanding>& cameras, const Names& names) {

@@ -83,8 +83,8 @@ class LinkSearch {
   }
 
   static bool Lies(const fs::path& path, const std::vector<std::string>& folders) {
-    return std::any_of(folders.begin(), folders.end(),
-                       [&](const std::string& folder) { return IsAtOrBelow(path.string(), folder); });
+    return std::ranges::any_of(folders,
+                               [&](const std::string& folder) { return IsAtOrBelow(path.string(), folder); });
   }
 
   const std::vector<std::string>& inputs_;

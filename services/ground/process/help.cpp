@@ -32,9 +32,8 @@ std::string ValuesOf(const CLI::Option& option, const std::string& about) {
   if (begin == std::string::npos || end == std::string::npos || end < begin) return "";
   const std::vector<std::string> values = absl::StrSplit(type.substr(begin + 2, end - begin - 2), ',');
   const std::vector<std::string> words = absl::StrSplit(about, absl::ByAnyChar(" ,;:.\n"), absl::SkipEmpty());
-  const bool are_told = std::all_of(values.begin(), values.end(), [&](const std::string& value) {
-    return std::find(words.begin(), words.end(), value) != words.end();
-  });
+  const bool are_told = std::ranges::all_of(
+      values, [&](const std::string& value) { return std::ranges::find(words, value) != words.end(); });
   return are_told ? "" : absl::StrJoin(values, ", ");
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 void Notify(const std::string& state, const std::string& status) {
   std::string line = status;
-  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::ranges::replace(line, '\n', ' ');
   // A manager that does not listen is no fault of the daemon.
   static_cast<void>(sd_notify(0, absl::StrCat(state, status.empty() ? "" : "STATUS=", line).c_str()));
 }

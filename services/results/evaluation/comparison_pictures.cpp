@@ -14,8 +14,7 @@ namespace {
 constexpr double kNotThere = std::numeric_limits<double>::quiet_NaN();
 
 bool LacksMesh(const EvaluatedFrame& frame) {
-  return std::find(frame.missing.begin(), frame.missing.end(), FileName(FrameFile::kMesh)) !=
-         frame.missing.end();
+  return std::ranges::find(frame.missing, FileName(FrameFile::kMesh)) != frame.missing.end();
 }
 
 // An axis that begins at zero would squeeze differences that are small beside the values.

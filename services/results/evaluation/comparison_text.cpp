@@ -73,8 +73,8 @@ std::string OutcomeText(ComparisonOutcome outcome) {
 
 std::string ComparisonHeadline(const JobComparison& comparison) {
   const auto count = [&](ComparisonOutcome outcome) {
-    return std::count_if(comparison.measures.begin(), comparison.measures.end(),
-                         [&](const ComparedMeasure& m) { return m.outcome == outcome; });
+    return std::ranges::count_if(comparison.measures,
+                                 [&](const ComparedMeasure& m) { return m.outcome == outcome; });
   };
   const auto a = count(ComparisonOutcome::kABetter), b = count(ComparisonOutcome::kBBetter),
              same = count(ComparisonOutcome::kNoDifference);

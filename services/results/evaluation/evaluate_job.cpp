@@ -83,9 +83,8 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
   } else if (inputs.dump && inputs.garment && !total.texture_drift_mm) {
     remark("texture drift", "no two consecutive frames have a mesh and pictures that show the same cells");
   }
-  const bool any_mesh = std::any_of(out.frames.begin(), out.frames.end(), [](const EvaluatedFrame& frame) {
-    return frame.metrics.self_intersections.has_value();
-  });
+  const bool any_mesh = std::ranges::any_of(
+      out.frames, [](const EvaluatedFrame& frame) { return frame.metrics.self_intersections.has_value(); });
   if (!inputs.truth.empty() && any_mesh && !out.total.mesh) {
     remark("vertex error, exact drift",
            "the result's mesh has other vertices than the truth's, and only templates relate them: "
@@ -112,8 +111,7 @@ void EvaluationSum::Add(FrameOutcome outcome) {
 
 absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& request,
                                                     const EvaluationInputs& inputs) {
-  if (std::all_of(out_.frames.begin(), out_.frames.end(),
-                  [](const auto& frame) { return frame.missing.size() == 3; })) {
+  if (std::ranges::all_of(out_.frames, [](const auto& frame) { return frame.missing.size() == 3; })) {
     return absl::NotFoundError(absl::StrCat(
         request.result, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ",
         out_.frames.size(), " frames", inputs.truth.empty() ? "" : absl::StrCat(" of ", inputs.truth),

@@ -43,8 +43,7 @@ std::vector<std::pair<std::string, std::string>> WorstByError(const JobEvaluatio
     if (frame.score.mesh)
       if (const auto error = Summarize(frame.score.mesh->visible_mm))
         errors.emplace_back(error->mean, frame.frame);
-  std::stable_sort(errors.begin(), errors.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(errors, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::pair<std::string, std::string>> worst;
   for (size_t i = 0; i < std::min(errors.size() / 2, kWorstByError); ++i)
     worst.emplace_back(errors[i].second, i == 0 ? "largest error" : "large error");

@@ -60,8 +60,8 @@ PlotFrames FrameAxis(const JobEvaluation& evaluation) {
   PlotFrames axis;
   for (const EvaluatedFrame& frame : evaluation.frames) {
     axis.names.push_back(frame.frame);
-    axis.without_mesh.push_back(std::find(frame.missing.begin(), frame.missing.end(),
-                                          FileName(FrameFile::kMesh)) != frame.missing.end());
+    axis.without_mesh.push_back(std::ranges::find(frame.missing, FileName(FrameFile::kMesh)) !=
+                                frame.missing.end());
   }
   return axis;
 }

@@ -12,9 +12,8 @@ namespace weft {
 namespace {
 
 int64_t MissingMeshes(const JobEvaluation& evaluation) {
-  return std::count_if(evaluation.frames.begin(), evaluation.frames.end(), [](const EvaluatedFrame& frame) {
-    return std::find(frame.missing.begin(), frame.missing.end(), FileName(FrameFile::kMesh)) !=
-           frame.missing.end();
+  return std::ranges::count_if(evaluation.frames, [](const EvaluatedFrame& frame) {
+    return std::ranges::find(frame.missing, FileName(FrameFile::kMesh)) != frame.missing.end();
   });
 }
 

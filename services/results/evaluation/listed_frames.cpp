@@ -38,7 +38,7 @@ absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& resul
   std::set<std::string> distinct(meshes.begin(), meshes.end());
   distinct.insert(reports.begin(), reports.end());
   std::vector<std::string> names(distinct.begin(), distinct.end());
-  std::sort(names.begin(), names.end(), NaturalLess);
+  std::ranges::sort(names, NaturalLess);
   return names;
 }
 

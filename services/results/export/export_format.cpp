@@ -46,7 +46,7 @@ absl::StatusOr<Value> ValueIn(const std::array<std::pair<Value, const char*>, kC
 }  // namespace
 
 bool FormatTraits::Carries(ExportAttribute attribute) const {
-  return std::find(carries.begin(), carries.end(), attribute) != carries.end();
+  return std::ranges::find(carries, attribute) != carries.end();
 }
 
 std::vector<ExportAttribute> FormatTraits::ByDefault() const {
@@ -104,8 +104,8 @@ const std::vector<FormatTraits>& ExportFormats() {
 }
 
 const FormatTraits& TraitsOf(ExportFormat format) {
-  return *std::find_if(ExportFormats().begin(), ExportFormats().end(),
-                       [format](const FormatTraits& traits) { return traits.format == format; });
+  return *std::ranges::find_if(ExportFormats(),
+                               [format](const FormatTraits& traits) { return traits.format == format; });
 }
 
 const char* NameOf(ExportAttribute attribute) { return NameIn(kAttributes, attribute); }

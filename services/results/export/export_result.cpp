@@ -50,7 +50,7 @@ std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const Ex
       request.has_attributes_named ? request.attributes : TraitsOf(request.format).ByDefault();
   // Without normals readers of glTF shade every face flat, which a normal map is not made for.
   if (request.normal_map_px > 0 &&
-      std::find(attributes.begin(), attributes.end(), ExportAttribute::kNormal) == attributes.end())
+      std::ranges::find(attributes, ExportAttribute::kNormal) == attributes.end())
     attributes.push_back(ExportAttribute::kNormal);
   std::erase_if(attributes, [&](ExportAttribute attribute) {
     return (attribute == ExportAttribute::kVelocity && source.fps() == 0) ||
@@ -64,7 +64,7 @@ std::vector<std::string> MissingAttributes(const ExportRequest& request, const E
   const auto wanted = [&](ExportAttribute attribute) {
     const std::vector<ExportAttribute> all =
         request.has_attributes_named ? request.attributes : traits.ByDefault();
-    return std::find(all.begin(), all.end(), attribute) != all.end();
+    return std::ranges::find(all, attribute) != all.end();
   };
   std::vector<std::string> notes;
   if (wanted(ExportAttribute::kVelocity) && source.fps() == 0)
@@ -262,7 +262,7 @@ class Exporter {
 }  // namespace
 
 bool ExportPlan::Has(ExportAttribute attribute) const {
-  return std::find(attributes.begin(), attributes.end(), attribute) != attributes.end();
+  return std::ranges::find(attributes, attribute) != attributes.end();
 }
 
 absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const ExportProgress& progress,

@@ -123,7 +123,7 @@ absl::Status ExportSource::ListFrames(const ExportRequest& request) {
   WEFT_RETURN_IF_ERROR(ListRange(request, reports));
   const auto has_mesh = [](const v1::ExportedFrame& frame) { return frame.missing_because().empty(); };
   // Gaps at the ends are no part of the sequence.
-  frames_.erase(frames_.begin(), std::find_if(frames_.begin(), frames_.end(), has_mesh));
+  frames_.erase(frames_.begin(), std::ranges::find_if(frames_, has_mesh));
   frames_.erase(std::find_if(frames_.rbegin(), frames_.rend(), has_mesh).base(), frames_.end());
   for (size_t i = 0; i < frames_.size(); ++i) {
     v1::ExportedFrame& frame = frames_[i];
@@ -202,8 +202,7 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
     const int observed = count[static_cast<size_t>(VertexState::kObserved)] +
                          count[static_cast<size_t>(VertexState::kTwoView)];
     topology_.coverage.push_back(static_cast<float>(observed) / static_cast<float>(meshes_.size()));
-    topology_.usual_state.push_back(
-        static_cast<uint8_t>(std::max_element(count.begin(), count.end()) - count.begin()));
+    topology_.usual_state.push_back(static_cast<uint8_t>(std::ranges::max_element(count) - count.begin()));
     topology_.mean_sigma_mm.push_back(static_cast<float>(sigma_sum_mm[v] / frames));
   }
   vertices_in_files_ = topology_.vertices;

@@ -19,7 +19,7 @@ absl::StatusOr<std::vector<size_t>> FindCameras(const RecordingChoice& recording
   for (const CameraModel& camera : rig.cameras) ids.push_back(camera.id);
   for (size_t c = 0; recording.cameras.empty() && c < ids.size(); ++c) found.push_back(c);
   for (const std::string& wanted : recording.cameras) {
-    const auto at = std::find(ids.begin(), ids.end(), wanted);
+    const auto at = std::ranges::find(ids, wanted);
     if (at == ids.end()) {
       return absl::InvalidArgumentError(
           absl::StrCat("--camera: the rig has no camera ", wanted, "; it has ", absl::StrJoin(ids, ", ")));

@@ -17,7 +17,7 @@ absl::StatusOr<ReducedMesh> ReduceMesh(const TriangleMesh& mesh, const MeshTextu
   WEFT_ASSIGN_OR_RETURN(const DecimatedMesh fewer, DecimateMesh(cut, max_vertices, split.uv));
   ReducedMesh reduced;
   for (const int vertex : fewer.vertices) reduced.vertices.push_back(split.origin[vertex]);
-  std::sort(reduced.vertices.begin(), reduced.vertices.end());
+  std::ranges::sort(reduced.vertices);
   reduced.vertices.erase(std::unique(reduced.vertices.begin(), reduced.vertices.end()),
                          reduced.vertices.end());
   std::vector<int> place(mesh.vertices_mm.size(), -1);

@@ -134,7 +134,7 @@ AtlasPicture TextureAtlas::Take() {
           static_cast<uint8_t>(std::lround(std::clamp(colors_[t][channel], 0.0F, 255.0F)));
     picture.rgba[4 * t + 3] = 255;
   }
-  std::fill(colors_.begin(), colors_.end(), Eigen::Vector4f::Zero());
+  std::ranges::fill(colors_, Eigen::Vector4f::Zero());
   return picture;
 }
 

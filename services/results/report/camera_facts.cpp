@@ -85,8 +85,8 @@ void MatchSizes(std::vector<Sums>& cameras) {
 }
 
 CameraStanding StandingOf(Sums sums) {
-  const auto most = std::max_element(sums.fits.begin(), sums.fits.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most =
+      std::ranges::max_element(sums.fits, [](const auto& a, const auto& b) { return a.second < b.second; });
   // One frame among many that another place happens to explain is no exchange.
   if (most != sums.fits.end() && 2 * most->second >= sums.standing.frames_apart) {
     std::tie(sums.standing.fits_camera, sums.standing.fits_part, sums.standing.fits_turned) = most->first;

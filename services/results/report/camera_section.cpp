@@ -31,8 +31,7 @@ std::string PerFrameText(int64_t count, const CameraSummary& camera) {
 std::string MissingText(const CameraSummary& camera) {
   std::vector<std::pair<std::string, int>> reasons(camera.missing_reasons.begin(),
                                                    camera.missing_reasons.end());
-  std::stable_sort(reasons.begin(), reasons.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(reasons, [](const auto& a, const auto& b) { return a.second > b.second; });
   std::string html;
   for (size_t i = 0; i < reasons.size() && i < kShownReasons; ++i) {
     const std::string times =
@@ -83,8 +82,7 @@ std::vector<std::string> MainReasons(const std::vector<CameraSummary>& cameras) 
     for (const auto& [reason, count] : camera.patches_rejected) totals[reason] += count;
   }
   std::vector<std::pair<std::string, int64_t>> sorted(totals.begin(), totals.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
   std::vector<std::string> reasons;
   for (size_t i = 0; i < sorted.size() && i < kReasonColumns; ++i) reasons.push_back(sorted[i].first);
   return reasons;
@@ -155,7 +153,7 @@ std::string CameraSection(const JobSummary& summary) {
   for (const CameraSummary& camera : summary.cameras) {
     most_centers = std::max(most_centers, PerFrame(camera.centers, camera));
     for (const auto& [reason, count] : camera.patches_rejected) {
-      has_others |= std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
+      has_others |= std::ranges::find(reasons, reason) == reasons.end();
     }
   }
   std::vector<std::string> header = {"Camera",       "Frames",       "Cells seen", "Corners seen",

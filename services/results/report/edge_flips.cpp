@@ -73,13 +73,13 @@ class EdgeFlips {
   void WeldUsed() {
     std::vector<int> used;
     for (const Face& face : faces_) used.insert(used.end(), face.begin(), face.end());
-    std::sort(used.begin(), used.end());
+    std::ranges::sort(used);
     used.erase(std::unique(used.begin(), used.end()), used.end());
     const auto is_before = [this](int a, int b) {
       const Eigen::Vector3d &p = positions_[a], &q = positions_[b];
       return std::tie(p.x(), p.y(), p.z(), a) < std::tie(q.x(), q.y(), q.z(), b);
     };
-    std::sort(used.begin(), used.end(), is_before);
+    std::ranges::sort(used, is_before);
     for (size_t i = 0; i < used.size(); ++i) {
       const bool is_same = i > 0 && positions_[used[i]] == positions_[used[i - 1]];
       welded_[used[i]] = is_same ? welded_[used[i - 1]] : used[i];
@@ -104,7 +104,7 @@ class EdgeFlips {
     for (size_t f = 0; f < faces_.size(); ++f)
       for (size_t k = 0; k < 3; ++k)
         sides.emplace_back(KeyOf(faces_[f][k], faces_[f][(k + 1) % 3]), 3 * f + k);
-    std::sort(sides.begin(), sides.end());
+    std::ranges::sort(sides);
     keys_.clear(), group_begin_.clear(), grouped_.clear();
     group_of_.resize(sides.size());
     for (const auto& [key, side] : sides) {
@@ -122,9 +122,7 @@ class EdgeFlips {
     return std::span(grouped_).subspan(group_begin_[group], group_begin_[group + 1] - group_begin_[group]);
   }
 
-  bool Exists(EdgeKey key) const {
-    return added_.contains(key) || std::binary_search(keys_.begin(), keys_.end(), key);
-  }
+  bool Exists(EdgeKey key) const { return added_.contains(key) || std::ranges::binary_search(keys_, key); }
 
   // None at openings, at seams, where more than two faces meet, where a face has changed, or where nothing
   // was touched.

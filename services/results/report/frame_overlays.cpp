@@ -45,8 +45,7 @@ std::vector<size_t> CamerasToShow(const Rig& rig, const v1::FrameReport& report)
     if (camera >= 0 && view.missing_reason().empty() && view.centers() > 0)
       readers.emplace_back(view.centers(), static_cast<size_t>(camera));
   }
-  std::stable_sort(readers.begin(), readers.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(readers, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<size_t> shown;
   const auto axis = [&](size_t camera) { return rig.cameras[camera].rotation.row(2); };
   for (const auto& [cells, camera] : readers) {
@@ -63,7 +62,7 @@ std::vector<size_t> CamerasToShow(const Rig& rig, const v1::FrameReport& report)
 std::vector<MeshPicture> JobImages::Plain(const v1::FrameReport& report) const {
   constexpr int kLongestSidePx = 560, kJpegQuality = 82;
   const std::vector<std::string>& names = dump_->frame_names();
-  const auto at = std::find(names.begin(), names.end(), report.frame());
+  const auto at = std::ranges::find(names, report.frame());
   std::vector<MeshPicture> pictures;
   if (at == names.end()) return pictures;
   std::vector<size_t> cameras = CamerasToShow(rig_, report);
@@ -87,7 +86,7 @@ std::vector<MeshPicture> JobImages::Plain(const v1::FrameReport& report) const {
 
 std::vector<MeshPicture> JobImages::Overlays(const v1::FrameReport& report, const PicturedMesh& mesh) const {
   const std::vector<std::string>& names = dump_->frame_names();
-  const auto at = std::find(names.begin(), names.end(), report.frame());
+  const auto at = std::ranges::find(names, report.frame());
   std::vector<MeshPicture> pictures;
   if (at == names.end()) return pictures;
   for (const size_t camera : CamerasToShow(rig_, report)) {

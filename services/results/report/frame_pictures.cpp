@@ -97,8 +97,7 @@ absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Side
   const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());
   WEFT_ASSIGN_OR_RETURN(auto by_sigma, DrawSides(mesh, ScalarColors(sigmas, range), sides, size, 0.6));
   result.by_state = std::move(by_state);
-  result.is_driven =
-      std::count(pictured.mesh.state.begin(), pictured.mesh.state.end(), VertexState::kDriven) > 0;
+  result.is_driven = std::ranges::count(pictured.mesh.state, VertexState::kDriven) > 0;
   result.by_sigma = std::move(by_sigma);
   return result;
 }

@@ -102,7 +102,7 @@ std::string DrivenRow(const v1::FrameReport& frame) {
 }
 
 bool AreDriven(const std::vector<const v1::FrameReport*>& frames) {
-  return std::any_of(frames.begin(), frames.end(), [](const v1::FrameReport* f) { return f->has_driven(); });
+  return std::ranges::any_of(frames, [](const v1::FrameReport* f) { return f->has_driven(); });
 }
 
 std::string FrameTable(const std::vector<const v1::FrameReport*>& frames) {
@@ -129,14 +129,14 @@ std::vector<const v1::FrameReport*> FramesToLookAt(const std::vector<v1::FrameRe
       chosen.push_back(i);
     }
   }
-  std::stable_sort(done.begin(), done.end(), [&](size_t a, size_t b) {
+  std::ranges::stable_sort(done, [&](size_t a, size_t b) {
     if (frames[a].has_driven() && frames[b].has_driven())
       return frames[a].driven().median_sigma_mm() > frames[b].driven().median_sigma_mm();
     return frames[a].mesh().coverage() < frames[b].mesh().coverage();
   });
   done.resize(std::min(done.size(), kLowest));
   chosen.insert(chosen.end(), done.begin(), done.end());
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   std::vector<const v1::FrameReport*> result;
   for (const size_t i : chosen) result.push_back(&frames[i]);
   return result;
@@ -146,8 +146,7 @@ std::vector<PlotLayer> StageLayers(const std::vector<v1::FrameReport>& frames) {
   std::vector<PlotLayer> layers;
   for (size_t i = 0; i < frames.size(); ++i) {
     for (const v1::StageTime& stage : frames[i].stages()) {
-      auto layer = std::find_if(layers.begin(), layers.end(),
-                                [&](const PlotLayer& l) { return l.name == stage.stage(); });
+      auto layer = std::ranges::find_if(layers, [&](const PlotLayer& l) { return l.name == stage.stage(); });
       if (layer == layers.end()) {
         layer = layers.insert(layers.end(), {stage.stage(), std::vector<double>(frames.size(), kNoNumber)});
       }
@@ -200,8 +199,7 @@ std::string PlotSection(const std::vector<v1::FrameReport>& frames) {
   }
   const std::vector<PlotLayer> layers = StageLayers(frames);
   if (!layers.empty()) body += StackedPlot(axis, layers, {.title = "Time per stage"});
-  const bool any_lost =
-      std::find(axis.without_mesh.begin(), axis.without_mesh.end(), true) != axis.without_mesh.end();
+  const bool any_lost = std::ranges::find(axis.without_mesh, true) != axis.without_mesh.end();
   const std::string note = any_lost ? "<p>Red triangles mark frames without a mesh.</p>\n" : "";
   return Section("plots", "Over the frames", body + "</div>\n" + note);
 }
@@ -212,9 +210,8 @@ std::string FrameSection(const std::vector<v1::FrameReport>& frames) {
   for (const v1::FrameReport& frame : frames) all.push_back(&frame);
   if (frames.size() <= kLongTable) return Section("frames", "Frames", FrameTable(all));
   const std::vector<const v1::FrameReport*> troubled = FramesToLookAt(frames);
-  const auto not_done = std::count_if(frames.begin(), frames.end(), [](const v1::FrameReport& frame) {
-    return frame.state() != v1::FRAME_STATE_DONE;
-  });
+  const auto not_done = std::ranges::count_if(
+      frames, [](const v1::FrameReport& frame) { return frame.state() != v1::FRAME_STATE_DONE; });
   std::string body = absl::StrCat("<p>Frames that are not simply done, and those with the ",
                                   AreDriven(all) ? "largest sigma" : "lowest coverage");
   if (static_cast<size_t>(not_done) > kMostTroubled) {

@@ -100,8 +100,7 @@ std::string Algorithms(const std::vector<v1::FrameReport>& frames) {
     for (const v1::StageKey& key : frame.keys()) {
       if (key.version() == 0) continue;
       std::string version = absl::StrCat(Words(key.stage()), " ", key.version());
-      if (std::find(versions.begin(), versions.end(), version) == versions.end())
-        versions.push_back(std::move(version));
+      if (std::ranges::find(versions, version) == versions.end()) versions.push_back(std::move(version));
     }
   return versions.empty() ? kDash : EscapeHtml(absl::StrJoin(versions, ", "));
 }

@@ -91,8 +91,8 @@ std::vector<GarmentSummary> SummarizeGarments(const std::vector<v1::FrameReport>
   for (const v1::FrameReport& frame : frames) {
     if (!IsRegistered(frame.state())) continue;
     for (const v1::GarmentReport& of_frame : frame.mesh().garments()) {
-      auto garment = std::find_if(garments.begin(), garments.end(),
-                                  [&](const GarmentSummary& g) { return g.id == of_frame.id(); });
+      auto garment =
+          std::ranges::find_if(garments, [&](const GarmentSummary& g) { return g.id == of_frame.id(); });
       if (garment == garments.end())
         garment = garments.insert(
             garments.end(),
@@ -159,7 +159,7 @@ double MedianOf(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return kNoNumber;
   const size_t half = values.size() / 2;
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
@@ -182,8 +182,8 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
     if (frame.state() == v1::FRAME_STATE_FAILED) ++reasons[frame.reason()];
   }
   summary.failure_reasons.assign(reasons.begin(), reasons.end());
-  std::stable_sort(summary.failure_reasons.begin(), summary.failure_reasons.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(summary.failure_reasons,
+                           [](const auto& a, const auto& b) { return a.second > b.second; });
   return summary;
 }
 
@@ -204,7 +204,7 @@ std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary) {
     if (apart.contains(camera.camera)) continue;
     if (camera.bias_significance > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
   }
-  std::stable_sort(off.begin(), off.end(), [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
+  std::ranges::stable_sort(off, [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
   std::vector<CameraAlarm> alarms;
   for (const CameraSummary* camera : off) {
     if (length_px(camera) < kShareOfWorst * length_px(off[0])) break;

@@ -33,7 +33,7 @@ BarEnds EndsOf(const ScalarRange& range, const std::string& unit, bool bounded) 
 }
 
 bool IsBounded(const GarmentMap& map) {
-  return std::none_of(map.values.begin(), map.values.end(), [&](double value) {
+  return std::ranges::none_of(map.values, [&](double value) {
     return value > map.range.high || (map.range.low < 0 && value < map.range.low);
   });
 }

@@ -140,7 +140,7 @@ std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& 
   for (const auto& row : means) {
     for (size_t b = 0; b < bins.size(); ++b) total[b] += row[b];
   }
-  const double highest_ms = total.empty() ? 0 : *std::max_element(total.begin(), total.end());
+  const double highest_ms = total.empty() ? 0 : *std::ranges::max_element(total);
   const TimeUnit unit = UnitFor(highest_ms);
   const PlotArea area(std::max<size_t>(bins.size(), 1), RoundTicks(0, highest_ms / unit.ms));
   std::vector<std::string> labels = TickLabels(area.ticks(), {});

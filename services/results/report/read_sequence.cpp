@@ -56,10 +56,10 @@ std::vector<SequencePart> SortByGarment(const v1::MeshReport& report, DecimatedM
   for (const v1::GarmentReport& garment : report.garments())
     end.push_back((end.empty() ? 0 : end.back()) + garment.vertices());
   const auto garment_of = [&](const Face& face) {
-    return std::upper_bound(end.begin(), end.end(), mesh.vertices[face[0]]) - end.begin();
+    return std::ranges::upper_bound(end, mesh.vertices[face[0]]) - end.begin();
   };
-  std::stable_sort(mesh.faces.begin(), mesh.faces.end(),
-                   [&](const Face& a, const Face& b) { return garment_of(a) < garment_of(b); });
+  std::ranges::stable_sort(mesh.faces,
+                           [&](const Face& a, const Face& b) { return garment_of(a) < garment_of(b); });
   std::vector<SequencePart> parts;
   for (const v1::GarmentReport& garment : report.garments()) parts.push_back({garment.id(), 0});
   for (const Face& face : mesh.faces) {

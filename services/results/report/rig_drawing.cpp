@@ -98,8 +98,7 @@ std::string RigDrawing::Names(int* without_room) const {
       const Box box{middle.x() - width / 2, middle.y() - kLine / 2, middle.x() + width / 2,
                     middle.y() + kLine / 2};
       if (box.left < 0 || box.top < 0 || box.right > size.x() || box.bottom > size.y() - kFoot) continue;
-      if (std::any_of(taken.begin(), taken.end(), [&](const Box& other) { return box.Overlaps(other); }))
-        continue;
+      if (std::ranges::any_of(taken, [&](const Box& other) { return box.Overlaps(other); })) continue;
       has_room = true;
       taken.push_back(box);
       absl::StrAppendFormat(&svg,

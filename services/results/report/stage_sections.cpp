@@ -40,8 +40,8 @@ std::vector<StageSummary> SummarizeStages(const std::vector<v1::FrameReport>& fr
   std::vector<StageSummary> stages;
   for (const v1::FrameReport& frame : frames) {
     for (const v1::AlignmentStage& entry : frame.mesh().stages()) {
-      auto stage = std::find_if(stages.begin(), stages.end(),
-                                [&](const StageSummary& s) { return s.name == entry.name(); });
+      auto stage =
+          std::ranges::find_if(stages, [&](const StageSummary& s) { return s.name == entry.name(); });
       if (stage == stages.end()) stage = stages.insert(stages.end(), StageSummary{.name = entry.name()});
       stage->iterations.push_back(entry.iterations());
       stage->before.push_back(entry.energy_before());
@@ -67,8 +67,7 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames) {
   }
   if (clouds == 0) return "";
   std::vector<std::pair<std::string, int64_t>> reasons(totals.begin(), totals.end());
-  std::stable_sort(reasons.begin(), reasons.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(reasons, [](const auto& a, const auto& b) { return a.second > b.second; });
   const auto per_frame = [&](int64_t count) {
     const double mean = static_cast<double>(count) / static_cast<double>(clouds);
     return clouds > 1 && count > 0 && mean < 9.95 ? FormatNumber(mean, 1) : FormatCount(std::llround(mean));
@@ -109,7 +108,7 @@ std::string AlignmentSection(const std::vector<v1::FrameReport>& frames) {
   if (stages.empty()) return "";
   std::string rows;
   for (const StageSummary& stage : stages) {
-    const auto [least, most] = std::minmax_element(stage.iterations.begin(), stage.iterations.end());
+    const auto [least, most] = std::ranges::minmax_element(stage.iterations);
     const std::string range = *least == *most ? "" : absl::StrFormat(" (%.0f to %.0f)", *least, *most);
     rows += TableRow(
         "td",

@@ -203,8 +203,8 @@ absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
 
 std::string HeadOf(const BuiltTemplate& built, const v1::Verdict& verdict) {
   const Template& garment = built.garment;
-  const auto corners = std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
-                                     [](const VertexNode& node) { return node.IsCorner(); });
+  const auto corners =
+      std::ranges::count_if(garment.node_of_vertex, [](const VertexNode& node) { return node.IsCorner(); });
   const std::string more = absl::StrCat(
       "<p>", FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
       corners > 0 ? absl::StrCat(FormatCount(corners), " of them corners between cells, ") : "",

@@ -55,14 +55,13 @@ std::vector<size_t> WorstFrames(const std::vector<const v1::FrameReport*>& regis
   const size_t wanted = std::clamp(registered.size() / kFramesPerWorst, size_t{1}, kMostWorst);
   std::vector<size_t> by_goodness(registered.size()), worst;
   std::iota(by_goodness.begin(), by_goodness.end(), size_t{0});
-  std::stable_sort(by_goodness.begin(), by_goodness.end(), [&](size_t a, size_t b) {
+  std::ranges::stable_sort(by_goodness, [&](size_t a, size_t b) {
     return GoodnessOf(*registered[a]) < GoodnessOf(*registered[b]);
   });
   const size_t apart = 1 + registered.size() / kApartShare;
   for (const size_t candidate : by_goodness) {
-    const bool is_near = std::any_of(worst.begin(), worst.end(), [&](size_t other) {
-      return std::max(candidate, other) - std::min(candidate, other) < apart;
-    });
+    const bool is_near = std::ranges::any_of(
+        worst, [&](size_t other) { return std::max(candidate, other) - std::min(candidate, other) < apart; });
     if (!is_near && worst.size() < wanted) worst.push_back(candidate);
   }
   return worst;

@@ -144,7 +144,7 @@ absl::StatusOr<std::vector<v1::AuditEntry>> ReadAuditLog(const std::string& path
         entries.push_back(std::move(entry));
     }
   }
-  std::reverse(entries.begin(), entries.end());
+  std::ranges::reverse(entries);
   return entries;
 }
 

@@ -102,7 +102,7 @@ int CallLimits::OpenOf(CallKind kind, Time now) const {
     const Calls& calls = account.calls.at(static_cast<size_t>(kind));
     const auto is_late = [now](Time admitted) { return now - admitted > kBeginsWithin; };
     open += static_cast<size_t>(calls.running) + calls.admitted.size() -
-            static_cast<size_t>(std::count_if(calls.admitted.begin(), calls.admitted.end(), is_late));
+            static_cast<size_t>(std::ranges::count_if(calls.admitted, is_late));
   }
   return static_cast<int>(open);
 }
@@ -134,8 +134,7 @@ void CallLimits::Forget(Time now) {
     const Account& account = entry.second;
     const double passed_s = std::chrono::duration<double>(now - account.filled).count();
     return passed_s * limits_.calls_per_s >= limits_.burst &&
-           std::all_of(account.calls.begin(), account.calls.end(),
-                       [](const Calls& calls) { return calls.running == 0; });
+           std::ranges::all_of(account.calls, [](const Calls& calls) { return calls.running == 0; });
   });
 }
 

@@ -236,9 +236,9 @@ absl::StatusOr<StoredCatalogue> SalvageFile(const std::string& path, const std::
 
 int Complete(StoredCatalogue& stored, const StoredCatalogue& other) {
   std::erase_if(stored.jobs, [&other](const auto& entry) {
-    const bool intact =
-        entry.second.job || std::any_of(entry.second.frames.begin(), entry.second.frames.end(),
-                                        [](const auto& frame) { return frame.second.info; });
+    const bool intact = entry.second.job || std::ranges::any_of(entry.second.frames, [](const auto& frame) {
+                          return frame.second.info;
+                        });
     return !intact && !other.jobs.contains(entry.first);
   });
   int added = 0;
@@ -271,7 +271,7 @@ std::vector<RestoredJob> RestoreJobs(const StoredCatalogue& stored, const std::s
     // An id that is none belongs to a damaged row that nothing else tells of.
     if (job.job || (!id.empty() && IsPlainText(id))) order.emplace_back(job.sequence, id);
   }
-  std::sort(order.begin(), order.end());
+  std::ranges::sort(order);
   std::vector<RestoredJob> jobs;
   for (const auto& [sequence, id] : order) jobs.push_back(Restore(id, stored.jobs.at(id), remedy));
   return jobs;

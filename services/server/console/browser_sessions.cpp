@@ -57,8 +57,8 @@ void BrowserSessions::MakeRoom(const std::string& token_sha256) {
                                 [&](const auto& one) { return now_ns >= one.expires_unix_ns(); }),
                  sessions.end());
   const auto is_same = [&](const auto& one) { return one.token_sha256() == token_sha256; };
-  if (static_cast<size_t>(std::count_if(sessions.begin(), sessions.end(), is_same)) >= kMostOfOneToken)
-    sessions.erase(std::find_if(sessions.begin(), sessions.end(), is_same));
+  if (static_cast<size_t>(std::ranges::count_if(sessions, is_same)) >= kMostOfOneToken)
+    sessions.erase(std::ranges::find_if(sessions, is_same));
   if (static_cast<size_t>(sessions.size()) >= kMost) Drop(0);
 }
 
@@ -106,9 +106,8 @@ absl::StatusOr<BrowserSession> BrowserSessions::Find(const std::string& id) {
   {
     const MutexLock lock(mutex_);
     const auto& sessions = sessions_.sessions();
-    const auto found = std::find_if(sessions.begin(), sessions.end(), [&](const v1::ConsoleSession& one) {
-      return one.id_sha256() == session.id_sha256;
-    });
+    const auto found = std::ranges::find_if(
+        sessions, [&](const v1::ConsoleSession& one) { return one.id_sha256() == session.id_sha256; });
     if (found == sessions.end() || clock_() >= found->expires_unix_ns()) return Gone();
     session.token_sha256 = found->token_sha256();
     session.expires_unix_ns = found->expires_unix_ns();

@@ -27,8 +27,7 @@ using Query = std::vector<std::pair<std::string, std::string>>;
 
 // What is left out of `query` has the value "".
 std::string Take(Query& query, const std::string& name) {
-  const auto found =
-      std::find_if(query.begin(), query.end(), [&](const auto& one) { return one.first == name; });
+  const auto found = std::ranges::find_if(query, [&](const auto& one) { return one.first == name; });
   if (found == query.end()) return "";
   std::string value = std::move(found->second);
   query.erase(found);

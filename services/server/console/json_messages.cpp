@@ -55,7 +55,7 @@ bool SetField(const FieldDescriptor& field, const std::string& text, Message& me
 
 const google::protobuf::MethodDescriptor* FindMethod(std::string_view name) {
   std::string wanted(name);
-  std::replace(wanted.begin(), wanted.end(), '/', '.');
+  std::ranges::replace(wanted, '/', '.');
   static const auto& methods = *new std::vector(ServiceMethods());
   for (const google::protobuf::MethodDescriptor* method : methods) {
     const std::string known = absl::StrCat(method->service()->name(), ".", method->name());

@@ -116,7 +116,7 @@ asio::awaitable<void> MeshDownloads::Send(HttpExchange& exchange, std::string jo
                                           DaemonCalls& calls) {
   const auto& query = exchange.target.query;
   const bool with_faces =
-      std::find(query.begin(), query.end(), std::pair<std::string, std::string>("faces", "1")) != query.end();
+      std::ranges::find(query, std::pair<std::string, std::string>("faces", "1")) != query.end();
   const auto mesh =
       std::make_shared<Mesh>(held_bytes_, with_faces, absl::StrCat("mesh.ply of ", job_and_frame));
   const absl::StatusOr<std::string> request = RequestOf(job_and_frame);

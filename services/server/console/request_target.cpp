@@ -111,8 +111,7 @@ bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names
   const std::string name = absl::AsciiStrToLower(WithoutPort(host));
   const size_t dot = std::min(name.find('.'), name.size());
   const std::string any_step = dot == 0 || dot == name.size() ? name : "*" + name.substr(dot);
-  return name == "localhost" || IsAddress(name) ||
-         std::any_of(names.begin(), names.end(), [&](const std::string& ours) {
+  return name == "localhost" || IsAddress(name) || std::ranges::any_of(names, [&](const std::string& ours) {
            const std::string lower = absl::AsciiStrToLower(ours);
            return lower == name || lower == any_step;
          });

@@ -141,9 +141,9 @@ absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
     if (kind != v1::ITEM_KIND_UNSPECIFIED && kind != one) continue;
     WEFT_RETURN_IF_ERROR(ListKind(one, &listing));
   }
-  std::sort(listing.items.begin(), listing.items.end(),
-            [](const auto& a, const auto& b) { return PlaceInList(a) < PlaceInList(b); });
-  std::sort(listing.damaged.begin(), listing.damaged.end());
+  std::ranges::sort(listing.items,
+                    [](const auto& a, const auto& b) { return PlaceInList(a) < PlaceInList(b); });
+  std::ranges::sort(listing.damaged);
   return listing;
 }
 

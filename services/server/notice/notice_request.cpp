@@ -59,7 +59,7 @@ bool IsToThisMachine(const std::string& url) {
 
 // Whether every character may stand in a URL (RFC 3986).
 bool IsPlain(const std::string& text) {
-  return std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > ' ' && c < 0x7f; }) &&
+  return std::ranges::all_of(text, [](unsigned char c) { return c > ' ' && c < 0x7f; }) &&
          text.find_first_of("\\\"<>^`{|}") == std::string::npos;
 }
 

@@ -81,7 +81,7 @@ Want WantOfRoom(const RetentionRules& rules, double held_bytes, const Lack& lack
 
 // The trash by the time of its deletion, then takes by their end.
 void SortByTurn(std::vector<const Holding*>& takes) {
-  std::sort(takes.begin(), takes.end(), [](const Holding* a, const Holding* b) {
+  std::ranges::sort(takes, [](const Holding* a, const Holding* b) {
     return std::tuple(a->kind == v1::HOLDING_KIND_TAKE, a->since_unix_ns, a->id) <
            std::tuple(b->kind == v1::HOLDING_KIND_TAKE, b->since_unix_ns, b->id);
   });

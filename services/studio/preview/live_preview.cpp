@@ -43,8 +43,8 @@ std::optional<Box> BoxOf(const std::vector<Observation>& observations) {
     x_px.push_back(observation.x_px);
     y_px.push_back(observation.y_px);
   }
-  std::sort(x_px.begin(), x_px.end());
-  std::sort(y_px.begin(), y_px.end());
+  std::ranges::sort(x_px);
+  std::ranges::sort(y_px);
   const size_t low = x_px.size() / 10, high = x_px.size() - 1 - low;
   const auto even = [](double px) { return std::max(0, static_cast<int>(px) / 2 * 2); };
   return Box{even(x_px[low]), even(y_px[low]), even(x_px[high] - x_px[low]) + 2,
@@ -175,15 +175,14 @@ class LivePreview::Impl {
     page.set = set.number;
     const std::vector<size_t> decoded = NextToDecode(set);
     for (size_t i = 0; i < set.frames.size(); ++i)
-      page.cameras.push_back(
-          Look(set.frames[i], std::find(decoded.begin(), decoded.end(), i) != decoded.end()));
+      page.cameras.push_back(Look(set.frames[i], std::ranges::find(decoded, i) != decoded.end()));
     for (const MissingFrame& missing : set.missing) {
       page.cameras.emplace_back();
       page.cameras.back().id = missing.camera_id;
       page.cameras.back().missing = missing.reason;
     }
-    std::sort(page.cameras.begin(), page.cameras.end(),
-              [](const PreviewCamera& a, const PreviewCamera& b) { return NaturalLess(a.id, b.id); });
+    std::ranges::sort(page.cameras,
+                      [](const PreviewCamera& a, const PreviewCamera& b) { return NaturalLess(a.id, b.id); });
     if (coverage_) page.coverage = DescribeCoverage();
     return page;
   }
@@ -193,7 +192,7 @@ class LivePreview::Impl {
     std::vector<size_t> order;
     if (!board_) return order;
     for (size_t i = 0; i < set.frames.size(); ++i) order.push_back(i);
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    std::ranges::stable_sort(order, [&](size_t a, size_t b) {
       return decoded_at_[set.frames[a].camera_id] < decoded_at_[set.frames[b].camera_id];
     });
     order.resize(std::min(order.size(), static_cast<size_t>(options_.decoded_views)));

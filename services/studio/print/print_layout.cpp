@@ -39,7 +39,7 @@ std::vector<int> MarksOf(const std::vector<Span>& spans, size_t i) {
   if (i > 0) marks.push_back(spans[i].first), marks.push_back(spans[i - 1].first + spans[i - 1].count);
   if (i + 1 < spans.size())
     marks.push_back(spans[i + 1].first), marks.push_back(spans[i].first + spans[i].count);
-  std::sort(marks.begin(), marks.end());
+  std::ranges::sort(marks);
   marks.erase(std::unique(marks.begin(), marks.end()), marks.end());
   return marks;
 }
@@ -107,8 +107,7 @@ std::vector<PrintPiece> PanelPieces(const Board& board, int allowance) {
 // In shelves from the top, tall panels first.
 absl::Status LayOutPanels(const Board& board, const PrintOptions& options, PrintLayout* layout) {
   std::vector<PrintPiece> pieces = PanelPieces(board, layout->allowance_cells);
-  std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const PrintPiece& a, const PrintPiece& b) { return a.rows > b.rows; });
+  std::ranges::stable_sort(pieces, [](const PrintPiece& a, const PrintPiece& b) { return a.rows > b.rows; });
   const double left = options.margin_mm + kPrintGapMm, top = options.margin_mm + kPrintHeadMm + kPrintGapMm;
   const double right = options.page_width_mm - options.margin_mm;
   const double bottom = options.page_height_mm > 0 ? options.page_height_mm - options.margin_mm : 1e9;

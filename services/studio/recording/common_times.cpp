@@ -39,7 +39,7 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
       usual_lateness_ns_(take.camera_ids().size()) {
   for (const v1::TakeCamera& camera : description.cameras()) {
     const auto& ids = take.camera_ids();
-    const auto index = static_cast<size_t>(std::find(ids.begin(), ids.end(), camera.id()) - ids.begin());
+    const auto index = static_cast<size_t>(std::ranges::find(ids, camera.id()) - ids.begin());
     if (index == ids.size()) continue;
     has_own_clock_[index] = camera.own_clock();
     is_unsynchronized_[index] = camera.unsynchronized();
@@ -109,7 +109,7 @@ std::vector<int64_t> CommonTimes::TriggeredTimes_ns(size_t set) const {
     if (const std::optional<int64_t> time_ns = Time_ns(set, camera))
       (is_unsynchronized_[camera] ? others : found).push_back(*time_ns);
   if (found.empty()) found.swap(others);
-  std::sort(found.begin(), found.end());
+  std::ranges::sort(found);
   return found;
 }
 

@@ -98,7 +98,7 @@ void Examination::CheckNetwork() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(root_ / "sys/class/net", error))
     if (const std::string name = entry.path().filename(); name != "lo") names.push_back(name);
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   for (const std::string& name : names) {
     const std::string subject = "network " + name, folder = "sys/class/net/" + name;
     if (Line(folder + "/operstate") == "down") {
@@ -298,7 +298,7 @@ struct Line {
 std::vector<Line> LinesOf(const v1::DoctorReport& report) {
   std::vector<Line> lines;
   for (const v1::DoctorFinding& finding : report.findings()) {
-    const auto same = std::find_if(lines.begin(), lines.end(), [&](const Line& line) {
+    const auto same = std::ranges::find_if(lines, [&](const Line& line) {
       return line.finding.verdict() == finding.verdict() && line.finding.found() == finding.found() &&
              line.finding.remedy() == finding.remedy() && finding.subject().find(' ') != std::string::npos &&
              KindOf(line.finding.subject()) == KindOf(finding.subject());

@@ -53,7 +53,7 @@ v1::TakeReplay ReplayTake(Replay& replay, const ReplayedSet& consume) {
   summary.set_checksum(absl::StrFormat("%016x", checksum));
   if (late_ms.empty()) return summary;
   summary.set_late_median_ms(Median(late_ms));
-  summary.set_late_worst_ms(*std::max_element(late_ms.begin(), late_ms.end()));
+  summary.set_late_worst_ms(*std::ranges::max_element(late_ms));
   return summary;
 }
 

@@ -123,7 +123,7 @@ void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalys
   out.report.set_sets_complete(complete);
   if (spreads_ms.empty()) return;
   out.report.set_spread_median_ms(Median(spreads_ms));
-  out.report.set_spread_worst_ms(*std::max_element(spreads_ms.begin(), spreads_ms.end()));
+  out.report.set_spread_worst_ms(*std::ranges::max_element(spreads_ms));
 }
 
 // What is said of one camera, to be put together where others say the same.
@@ -181,9 +181,8 @@ void FindFaults(const RecordedTake& take, v1::SyncReport& report) {
   }
   for (std::string& line : CameraLines(said, static_cast<size_t>(report.timing_size())))
     report.add_findings(std::move(line));
-  const auto by_arrival =
-      std::count_if(report.clocks().begin(), report.clocks().end(),
-                    [](const v1::CameraClock& clock) { return !clock.problem().empty(); });
+  const auto by_arrival = std::ranges::count_if(
+      report.clocks(), [](const v1::CameraClock& clock) { return !clock.problem().empty(); });
   if (report.take().own_clocks() && by_arrival < report.clocks_size())
     report.add_findings(
         "the clocks were not synchronized: offsets are good to the uncertainty of their readings; PTP makes "

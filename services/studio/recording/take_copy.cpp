@@ -103,7 +103,7 @@ std::vector<uint64_t> NumbersOf(const std::vector<std::string>& names, std::vect
   std::vector<uint64_t> numbers;
   const std::optional<std::vector<int64_t>> all = FrameNumbers(names);
   const int64_t first = all && all->back() > kMostFrames ? all->front() : 0;
-  const bool rise = all && std::adjacent_find(all->begin(), all->end(), std::greater_equal<>()) == all->end();
+  const bool rise = all && std::ranges::adjacent_find(*all, std::greater_equal<>()) == all->end();
   if (rise && all->back() - first <= kMostFrames) {
     if (first > 0) notes.push_back(absl::StrCat("sets are numbered from frame ", names.front(), " on"));
     for (const int64_t number : *all) numbers.push_back(static_cast<uint64_t>(number - first));

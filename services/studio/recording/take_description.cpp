@@ -69,8 +69,8 @@ absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeD
 
 bool HasWords(const std::string& words, const std::vector<std::string>& texts) {
   const std::vector<std::string> wanted = absl::StrSplit(words, ' ', absl::SkipWhitespace());
-  return std::all_of(wanted.begin(), wanted.end(), [&](const std::string& word) {
-    return std::any_of(texts.begin(), texts.end(), [&](const std::string& text) {
+  return std::ranges::all_of(wanted, [&](const std::string& word) {
+    return std::ranges::any_of(texts, [&](const std::string& text) {
       return absl::StrContains(absl::AsciiStrToLower(text), absl::AsciiStrToLower(word));
     });
   });
@@ -81,7 +81,7 @@ absl::StatusOr<std::vector<FoundTake>> FindTakes(const std::string& folder, cons
   if (!fs::is_directory(folder, error)) return absl::NotFoundError(absl::StrCat(folder, ": no such folder"));
   std::vector<std::string> folders;
   AddTakesBelow(folder, kDepth, folders);
-  std::sort(folders.begin(), folders.end());
+  std::ranges::sort(folders);
   std::vector<FoundTake> found;
   for (const std::string& path : folders) {
     absl::StatusOr<v1::Take> take = ReadTakeFile(path);

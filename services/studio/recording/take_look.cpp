@@ -67,8 +67,8 @@ absl::StatusOr<std::vector<v1::CameraLook>> LookAtTake(const std::string& folder
   const std::vector<uint64_t>& sets = take->sets();
   size_t newest = sets.size() - 1, look_back = kLookBack;
   if (!options.frame.empty()) {
-    const auto found = std::find_if(sets.begin(), sets.end(),
-                                    [&](uint64_t set) { return FrameNameOf(set) == options.frame; });
+    const auto found =
+        std::ranges::find_if(sets, [&](uint64_t set) { return FrameNameOf(set) == options.frame; });
     if (found == sets.end())
       return absl::NotFoundError(
           absl::StrCat(folder, ": has no frame set \"", EscapedText(options.frame), "\""));

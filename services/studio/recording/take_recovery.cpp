@@ -85,7 +85,7 @@ void CheckTakeFile(const KnownTake& known, const TakeCheck& check, v1::TakeCheck
     report.add_problems(absl::StrCat("take.json: is of take ", take.id(), ", the streams are of another"));
   const std::vector<std::string> ids = IdsOf(take);
   for (const std::string& id : check.cameras)
-    if (std::find(ids.begin(), ids.end(), id) == ids.end())
+    if (std::ranges::find(ids, id) == ids.end())
       report.add_problems(absl::StrCat("camera ", id, ": has a stream, and take.json does not name it"));
   if (take.state() == v1::TAKE_STATE_RECORDING || take.state() == v1::TAKE_STATE_UNSPECIFIED) {
     report.add_problems(IsBeingRecorded(report.take())

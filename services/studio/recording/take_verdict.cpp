@@ -56,7 +56,7 @@ void AssessStreams(const RecordedTake& streams, v1::TakeInfo& info) {
   const bool is_closed = info.take().state() != v1::TAKE_STATE_RECORDING;
   const std::vector<std::string>& ids = streams.camera_ids();
   for (const v1::TakeCamera& camera : info.take().cameras()) {
-    if (std::find(ids.begin(), ids.end(), camera.id()) != ids.end()) continue;
+    if (std::ranges::find(ids, camera.id()) != ids.end()) continue;
     AddFinding(verdict, v1::GRADE_BAD, absl::StrCat("camera ", camera.id(), ": its stream is gone"),
                absl::StrCat("copy it again from an intact copy, or replace it by gaps: ",
                             RecoverRemedy(info.path(), is_closed)));

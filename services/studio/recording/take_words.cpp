@@ -153,8 +153,7 @@ std::vector<std::string> CauseLines(const google::protobuf::RepeatedPtrField<v1:
                                                                       NamesInShort(shared.cameras), ")");
     lines.emplace_back(shared.count, absl::StrCat(who, ": ", MissingText(shared.count, cause)));
   }
-  std::stable_sort(lines.begin(), lines.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::ranges::stable_sort(lines, [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> text;
   for (auto& [_, line] : lines) text.push_back(std::move(line));
   return text;
@@ -164,8 +163,8 @@ std::vector<std::string> CameraLines(const std::vector<std::pair<std::string, st
                                      size_t cameras) {
   std::vector<std::pair<std::string, std::vector<std::string>>> by_text;
   for (const auto& [camera, text] : said) {
-    const auto same = std::find_if(by_text.begin(), by_text.end(),
-                                   [&text = text](const auto& one) { return one.first == text; });
+    const auto same =
+        std::ranges::find_if(by_text, [&text = text](const auto& one) { return one.first == text; });
     if (same == by_text.end()) {
       by_text.push_back({text, {camera}});
     } else {

@@ -108,8 +108,8 @@ std::vector<v1::CameraSync> OffsetsTogether(const std::vector<v1::VideoFacts>& v
 absl::Status UseGivenOffsets(const std::map<std::string, double>& given_s,
                              const std::vector<v1::VideoFacts>& videos, std::vector<v1::CameraSync>& syncs) {
   for (const auto& [camera, offset_s] : given_s) {
-    const auto video = std::find_if(videos.begin(), videos.end(),
-                                    [&](const v1::VideoFacts& facts) { return facts.camera() == camera; });
+    const auto video =
+        std::ranges::find_if(videos, [&](const v1::VideoFacts& facts) { return facts.camera() == camera; });
     if (video == videos.end() || !std::isfinite(offset_s))
       return absl::InvalidArgumentError(
           absl::StrCat("--offset ", camera, ": there is no video of this camera"));

@@ -18,8 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool AreDigits(const std::string& text) {
-  return std::all_of(text.begin(), text.end(),
-                     [](char c) { return absl::ascii_isdigit(static_cast<unsigned char>(c)); });
+  return std::ranges::all_of(text, [](char c) { return absl::ascii_isdigit(static_cast<unsigned char>(c)); });
 }
 
 std::string JoiningRemedy(const std::string& first) {
@@ -57,7 +56,7 @@ std::vector<std::string> ChaptersAfter(const std::string& path) {
     if (other && other->recording == own->recording && other->number > own->number)
       after.emplace_back(other->number, std::move(name));
   }
-  std::sort(after.begin(), after.end());
+  std::ranges::sort(after);
   std::vector<std::string> names;
   for (auto& [number, name] : after) names.push_back(std::move(name));
   return names;

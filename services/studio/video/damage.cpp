@@ -21,8 +21,7 @@ constexpr double kMatch = 0.9;  // of the pictures shown have the time of a pack
 using Times = std::unordered_set<int64_t>;
 
 bool HasOneOf(absl::string_view text, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(),
-                     [&](const char* word) { return absl::StrContains(text, word); });
+  return std::ranges::any_of(words, [&](const char* word) { return absl::StrContains(text, word); });
 }
 
 enum class Said { kNothing, kDamage, kDoubt, kFrame, kPacket, kContainer };
@@ -110,7 +109,7 @@ std::vector<bool> LostPackets(const DecodedPictures& pictures) {
 double PeriodOf(const std::vector<VideoPacket>& packets) {
   std::vector<int64_t> times;
   for (const VideoPacket& packet : packets) times.push_back(packet.pts);
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   std::vector<double> periods;
   for (size_t i = 1; i < times.size(); ++i) periods.push_back(static_cast<double>(times[i] - times[i - 1]));
   return Median(std::move(periods));
@@ -152,7 +151,7 @@ size_t PlaceOfLoss(const std::vector<VideoPacket>& packets, size_t begin, size_t
   // The next key frame, and pictures that it overtakes.
   for (size_t i = end; i < packets.size() && packets[i].pts <= packets[end].pts; ++i)
     times.push_back(packets[i].pts);
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   for (size_t i = 1; i < times.size(); ++i)
     if (static_cast<double>(times[i] - times[i - 1]) > kHole * period)
       return PlaceOfHole(packets, begin, end, times[i - 1], times[i]);
@@ -231,15 +230,14 @@ bool IsWorthALook(std::string_view errors, const std::string& codec, const std::
 
 bool LacksPictures(const DecodedPictures& pictures) {
   const std::vector<bool> lost = LostPackets(pictures);
-  return std::find(lost.begin(), lost.end(), true) != lost.end();
+  return std::ranges::find(lost, true) != lost.end();
 }
 
 std::vector<int64_t> DamagedPictures(const DecodedPictures& pictures, const DecoderLog& log) {
   const std::vector<VideoPacket>& packets = pictures.packets;
   const Times alone(pictures.unreferenced_pts.begin(), pictures.unreferenced_pts.end());
   const auto [bad, after_hole] = FindBadPackets(pictures, log);
-  const bool has_keys =
-      std::any_of(packets.begin(), packets.end(), [](const VideoPacket& packet) { return packet.is_key; });
+  const bool has_keys = std::ranges::any_of(packets, [](const VideoPacket& packet) { return packet.is_key; });
   // From the last key frame on, and of pictures that it overtakes, which follow from those before it as well.
   bool is_broken = has_keys && !packets.front().is_key, are_overtaken_broken = false;
   int64_t key_pts = INT64_MIN;
@@ -255,7 +253,7 @@ std::vector<int64_t> DamagedPictures(const DecodedPictures& pictures, const Deco
     state = state || after_hole[i] || (bad[i] && !alone.contains(packet.pts));
     if ((state || bad[i]) && !packet.is_hidden) damaged.push_back(packet.pts);
   }
-  std::sort(damaged.begin(), damaged.end());
+  std::ranges::sort(damaged);
   damaged.erase(std::unique(damaged.begin(), damaged.end()), damaged.end());
   return damaged;
 }

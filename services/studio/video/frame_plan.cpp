@@ -25,7 +25,7 @@ size_t Reference(const std::vector<std::vector<double>>& times_s) {
 }
 
 size_t Nearest(const std::vector<double>& times_s, double time_s, double tie_s = 0) {
-  const auto after = std::lower_bound(times_s.begin(), times_s.end(), time_s);
+  const auto after = std::ranges::lower_bound(times_s, time_s);
   if (after == times_s.begin()) return 0;
   const auto at = static_cast<size_t>(after - times_s.begin());
   return after == times_s.end() || time_s - times_s[at - 1] <= *after - time_s + tie_s ? at - 1 : at;
@@ -39,11 +39,11 @@ std::vector<double> MomentsBeside(const std::vector<double>& reference_s, double
   for (const std::vector<double>& camera : times_s)
     for (const double time_s : camera) {
       if (std::abs(reference_s[Nearest(reference_s, time_s)] - time_s) <= kHalf * period_s) continue;
-      const auto after = std::upper_bound(reference_s.begin(), reference_s.end(), time_s);
+      const auto after = std::ranges::upper_bound(reference_s, time_s);
       const auto from = static_cast<size_t>(std::max<std::ptrdiff_t>(0, after - reference_s.begin() - 1));
       places.emplace_back(from, std::llround((time_s - reference_s[from]) / period_s));
     }
-  std::sort(places.begin(), places.end());
+  std::ranges::sort(places);
   places.erase(std::unique(places.begin(), places.end()), places.end());
   std::vector<double> moments_s;
   for (const auto& [from, periods] : places)
@@ -65,7 +65,7 @@ FramePlan PlanFrames(const std::vector<std::vector<double>>& times_s) {
   if (period_s <= 0) period_s = 1;  // single pictures
   plan.set_times_s = MomentsBeside(reference_s, period_s, times_s);
   plan.set_times_s.insert(plan.set_times_s.end(), reference_s.begin(), reference_s.end());
-  std::sort(plan.set_times_s.begin(), plan.set_times_s.end());
+  std::ranges::sort(plan.set_times_s);
   for (size_t camera = 0; camera < times_s.size(); ++camera) {
     std::vector<int64_t>& frames = plan.frames[camera];
     frames.assign(plan.set_times_s.size(), -1);

@@ -98,7 +98,7 @@ std::string MixedRatesText(const ImportedTake& imported, size_t camera) {
 // Where it does not film in all sets from the first to the last.
 std::string LengthText(const std::vector<int64_t>& frames) {
   const auto has = [](int64_t frame) { return frame >= 0; };
-  const auto first = std::find_if(frames.begin(), frames.end(), has) - frames.begin();
+  const auto first = std::ranges::find_if(frames, has) - frames.begin();
   const auto last = frames.rend() - std::find_if(frames.rbegin(), frames.rend(), has) - 1;
   const auto sets = static_cast<std::ptrdiff_t>(frames.size());
   if (first == 0 && last + 1 == sets) return "";
@@ -147,8 +147,8 @@ std::vector<LedgerNote> NotesOn(const ImportedTake& imported) {
 }
 
 std::string WarningOf(const LedgerNote& note, const std::vector<v1::VideoFacts>& videos) {
-  const auto video = std::find_if(videos.begin(), videos.end(),
-                                  [&](const v1::VideoFacts& facts) { return facts.camera() == note.camera; });
+  const auto video = std::ranges::find_if(
+      videos, [&](const v1::VideoFacts& facts) { return facts.camera() == note.camera; });
   return absl::StrCat(note.camera, video == videos.end() ? "" : absl::StrCat(" (", video->path(), ")"), ": ",
                       note.text);
 }

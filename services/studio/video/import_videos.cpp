@@ -179,8 +179,8 @@ absl::Status Importer::CompareWithRig() {
   std::vector<std::string> known;
   for (const CameraModel& camera : rig_->cameras) {
     known.push_back(camera.id);
-    const bool has = std::any_of(videos_.begin(), videos_.end(),
-                                 [&](const v1::VideoFacts& video) { return video.camera() == camera.id; });
+    const bool has = std::ranges::any_of(
+        videos_, [&](const v1::VideoFacts& video) { return video.camera() == camera.id; });
     if (!has) match.without_images.push_back(camera.id);
   }
   for (const v1::VideoFacts& video : videos_) {
@@ -222,9 +222,8 @@ absl::StatusOr<std::vector<v1::CameraSync>> Importer::OffsetsByWhatThereIs() {
   if (!options_.ltc.empty()) return OffsetsBy(SyncWay::kLtc);
   if (without.empty()) return OffsetsBy(SyncWay::kTimecode);
   // To listen takes seconds; to decode the print takes minutes.
-  const bool have_sound = std::all_of(videos_.begin(), videos_.end(), [](const v1::VideoFacts& video) {
-    return video.audio_channels_size() > 0;
-  });
+  const bool have_sound = std::ranges::all_of(
+      videos_, [](const v1::VideoFacts& video) { return video.audio_channels_size() > 0; });
   if (have_sound) {
     absl::StatusOr<std::vector<v1::CameraSync>> heard = OffsetsBy(SyncWay::kLtc);
     if (!absl::IsFailedPrecondition(heard.status())) return heard;

@@ -40,7 +40,7 @@ bool IsDamagedAt(const ImportedTake& imported, size_t camera, double time_s) {
   const double half_s = sync.period_ms() / 2e3;
   const auto begin = static_cast<int64_t>(std::floor((time_s - sync.offset_s() - half_s) / count_s));
   const auto end = static_cast<int64_t>(std::ceil((time_s - sync.offset_s() + half_s) / count_s));
-  const auto found = std::lower_bound(video.damaged_pts().begin(), video.damaged_pts().end(), begin);
+  const auto found = std::ranges::lower_bound(video.damaged_pts(), begin);
   return found != video.damaged_pts().end() && *found <= end;
 }
 
@@ -105,7 +105,7 @@ class StreamOfVideo {
 uint64_t FramesMissing(const FramePlan& plan) {
   uint64_t missing = 0;
   for (const std::vector<int64_t>& camera : plan.frames)
-    missing += static_cast<uint64_t>(std::count(camera.begin(), camera.end(), -1));
+    missing += static_cast<uint64_t>(std::ranges::count(camera, -1));
   return missing;
 }
 

@@ -171,7 +171,7 @@ absl::StatusOr<LtcReading> ReadLtc(const std::vector<int16_t>& samples, double r
   Timecode like;
   like.nominal_fps = nominal_fps;
   like.fps = fps;
-  like.drops = std::any_of(frames.begin(), frames.end(), [](const LtcFrameAt& frame) { return frame.drops; });
+  like.drops = std::ranges::any_of(frames, [](const LtcFrameAt& frame) { return frame.drops; });
   reading.timecode = TimecodeOf(kept.numbers.front(), like);
   return reading;
 }

@@ -36,7 +36,7 @@ std::vector<VideoRange> RangesIn(const std::vector<std::vector<double>>& times_s
   const double at_s = first_s + middle * (last_s - first_s);
   std::vector<VideoRange> ranges;
   for (const std::vector<double>& camera : times_s) {
-    const auto begin = std::lower_bound(camera.begin(), camera.end(), at_s - window_s / 2);
+    const auto begin = std::ranges::lower_bound(camera, at_s - window_s / 2);
     const auto end = std::upper_bound(begin, camera.end(), at_s + window_s / 2);
     ranges.push_back({static_cast<size_t>(begin - camera.begin()), static_cast<size_t>(end - begin)});
   }

@@ -15,7 +15,7 @@ namespace {
 std::vector<int64_t> SortedTimes(const std::vector<VideoPacket>& packets) {
   std::vector<int64_t> times;
   for (const VideoPacket& packet : packets) times.push_back(packet.pts);
-  std::sort(times.begin(), times.end());
+  std::ranges::sort(times);
   return times;
 }
 
@@ -32,18 +32,17 @@ bool CountBehind(absl::string_view text, absl::string_view name, int64_t& number
 
 absl::StatusOr<std::vector<int64_t>> TimesByOrder(const std::vector<VideoPacket>& packets,
                                                   const DecodedTimes& decoded) {
-  const bool says_when_shown = std::any_of(packets.begin(), packets.end(), [](const VideoPacket& packet) {
-    return packet.is_shown_by_itself || packet.is_hidden;
-  });
+  const bool says_when_shown = std::ranges::any_of(
+      packets, [](const VideoPacket& packet) { return packet.is_shown_by_itself || packet.is_hidden; });
   if (packets.empty() || decoded.pts.empty() || says_when_shown) return std::vector<int64_t>{};
   const std::vector<int64_t> times = SortedTimes(packets);
   // Pictures that are shown as they are decoded come at the packets' times, all or some of them.
   std::vector<int64_t> come = decoded.pts;
-  std::sort(come.begin(), come.end());
+  std::ranges::sort(come);
   const bool is_late = decoded.waits > 0 && come.front() > times.front();
   if (!is_late && std::includes(times.begin(), times.end(), come.begin(), come.end()))
     return std::vector<int64_t>{};
-  const bool are_apart = std::adjacent_find(times.begin(), times.end()) == times.end();
+  const bool are_apart = std::ranges::adjacent_find(times) == times.end();
   if (!decoded.is_damaged && are_apart && decoded.pts.size() == times.size()) return times;
   return absl::InvalidArgumentError(
       "its container says in which order pictures are decoded, not when they are shown, and some of them are "

@@ -126,7 +126,7 @@ absl::StatusOr<std::vector<int64_t>> ReferencedPictures(const v1::VideoFacts& fa
 // Decodes once more, with a word for every packet, and says which pictures are not to be used.
 absl::StatusOr<std::vector<int64_t>> LookClosely(DecodedPictures pictures, v1::VideoFacts& facts) {
   std::vector<std::string> arguments = DecodingArguments(facts);
-  *std::find(arguments.begin(), arguments.end(), "repeat+level+warning") = "repeat+level+info";
+  *std::ranges::find(arguments, "repeat+level+warning") = "repeat+level+info";
   arguments.insert(arguments.end(), {"-debug_ts", "-nostats"});
   WEFT_ASSIGN_OR_RETURN(const auto said, Decode(facts, arguments, "null"));
   const DecoderLog log = ParseDecoderLog(said.errors, facts.codec(), facts.container());
@@ -332,7 +332,7 @@ absl::StatusOr<FrameLines> ParseFrameLines(std::string_view lines) {
 absl::Status UseFrames(const std::vector<int64_t>& pts, const std::vector<int64_t>& damaged_pts,
                        v1::VideoFacts& facts) {
   for (size_t i = 0; i < pts.size(); ++i) {
-    const bool is_damaged = std::binary_search(damaged_pts.begin(), damaged_pts.end(), pts[i]);
+    const bool is_damaged = std::ranges::binary_search(damaged_pts, pts[i]);
     const bool is_later = facts.frame_pts().empty() || pts[i] > facts.frame_pts(facts.frame_pts_size() - 1);
     if (!is_damaged && is_later) {
       facts.add_frame_pts(pts[i]);
@@ -373,8 +373,8 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   if (absl::Status edits = CheckEdits(ParseEdits(log, facts->stream()), packets, count_s); !edits.ok())
     return Naming(path, edits);
   facts->set_begin_pts(BeginOf(packets));
-  facts->set_hidden(static_cast<uint64_t>(std::count_if(
-      packets.begin(), packets.end(), [](const VideoPacket& packet) { return packet.is_hidden; })));
+  facts->set_hidden(static_cast<uint64_t>(
+      std::ranges::count_if(packets, [](const VideoPacket& packet) { return packet.is_hidden; })));
   WEFT_RETURN_IF_ERROR(FindTimecode(header, packets, *facts));
   WEFT_RETURN_IF_ERROR(ReadFrameTimes(seen, packets, *facts));
   if (packets.empty()) facts->set_begin_pts(facts->frame_pts(0));

@@ -102,7 +102,7 @@ absl::Status MayWriteSession(const FakeCommandOptions& options) {
   const bool is_known = ReadJsonFile(options.session, before).ok();
   const auto& cameras = before.cameras();
   const bool is_of_fakes =
-      is_known && !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), [](const auto& camera) {
+      is_known && !cameras.empty() && std::ranges::all_of(cameras, [](const auto& camera) {
         return IsLoopbackHost(camera.gige().device()) && camera.gige().features().empty();
       });
   return is_of_fakes ? absl::OkStatus()

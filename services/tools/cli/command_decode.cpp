@@ -132,8 +132,7 @@ std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& 
 std::vector<size_t> LargestFirst(const std::vector<DecodeInput>& inputs) {
   std::vector<size_t> order(inputs.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return inputs[a].bytes > inputs[b].bytes; });
+  std::ranges::stable_sort(order, [&](size_t a, size_t b) { return inputs[a].bytes > inputs[b].bytes; });
   return order;
 }
 

@@ -68,7 +68,7 @@ CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& 
 CLI::Validator OneOf(std::vector<std::string> names) {
   const std::string listed = absl::StrJoin(names, ",");
   return {[names = std::move(names)](std::string& value) {
-            if (std::find(names.begin(), names.end(), value) != names.end()) return std::string();
+            if (std::ranges::find(names, value) != names.end()) return std::string();
             return absl::StrCat("\"", value, "\" is none of ", absl::StrJoin(names, ", "),
                                 DidYouMean(value, names));
           },

@@ -47,7 +47,7 @@ int CountBoundaryLoops(const TriangleMesh& mesh) {
   for (const Face& face : mesh.faces) {
     for (int i = 0; i < 3; ++i) edges.push_back(std::minmax({face[i], face[(i + 1) % 3]}));
   }
-  std::sort(edges.begin(), edges.end());
+  std::ranges::sort(edges);
   std::vector<int> parent(mesh.vertices_mm.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int v) {
@@ -69,12 +69,10 @@ int CountBoundaryLoops(const TriangleMesh& mesh) {
 
 void PrintSummary(const TemplateImportOptions& options, const Template& garment) {
   const size_t vertices = garment.node_of_vertex.size();
-  const auto with_cell =
-      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
-                                        [](const VertexNode& node) { return node.IsCell(); }));
-  const auto on_corner =
-      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
-                                        [](const VertexNode& node) { return node.IsCorner(); }));
+  const auto with_cell = static_cast<size_t>(
+      std::ranges::count_if(garment.node_of_vertex, [](const VertexNode& node) { return node.IsCell(); }));
+  const auto on_corner = static_cast<size_t>(
+      std::ranges::count_if(garment.node_of_vertex, [](const VertexNode& node) { return node.IsCorner(); }));
   std::printf(
       "%s/template.json: %zu vertices, %zu faces, %zu vertices with a cell (%zu without), %s%d component(s), "
       "%d boundary loop(s), hash %s\n",

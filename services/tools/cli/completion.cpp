@@ -63,9 +63,8 @@ std::vector<CompletedOption> OptionsOf(const CLI::App& app) {
   add(app);
   if (const CLI::App* parent = app.get_parent()) {
     for (CompletedOption& option : OptionsOf(*parent)) {
-      const bool known = std::any_of(found.begin(), found.end(), [&](const CompletedOption& other) {
-        return other.names.back() == option.names.back();
-      });
+      const bool known = std::ranges::any_of(
+          found, [&](const CompletedOption& other) { return other.names.back() == option.names.back(); });
       if (!known) found.push_back(std::move(option));
     }
   }

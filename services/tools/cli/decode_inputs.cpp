@@ -28,8 +28,8 @@ absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::strin
   std::set<std::string> different(paths.begin(), paths.end());
   if (different.size() != paths.size()) {
     std::vector<std::string> sorted = paths;
-    std::sort(sorted.begin(), sorted.end());
-    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    std::ranges::sort(sorted);
+    const auto twice = std::ranges::adjacent_find(sorted);
     return absl::InvalidArgumentError(absl::StrCat("the image ", *twice, " is given twice; give it once"));
   }
   std::vector<std::string> stems;

@@ -189,8 +189,8 @@ void DrawRejected(const std::vector<PatchReport>& patches, int scale, cv::Mat& p
     colors[reason] = color;
     legend.push_back({color, absl::StrCat(count, " patches rejected (boxes, with their blobs): ", reason)});
   }
-  std::stable_sort(rejected.begin(), rejected.end(),
-                   [](const PatchReport* a, const PatchReport* b) { return a->nodes > b->nodes; });
+  std::ranges::stable_sort(rejected,
+                           [](const PatchReport* a, const PatchReport* b) { return a->nodes > b->nodes; });
   std::vector<cv::Rect> labels;
   for (const PatchReport* patch : rejected) {
     const cv::Point low = At(patch->x_min_px, patch->y_min_px, scale) - cv::Point(2, 2);
@@ -198,8 +198,8 @@ void DrawRejected(const std::vector<PatchReport>& patches, int scale, cv::Mat& p
     cv::rectangle(picture, low, high, colors[patch->reason], 1);
     const std::string text = absl::StrCat(patch->reason, " (", patch->nodes, ")");
     const cv::Rect place = LabelPlace(text, low, picture);
-    const bool covers = std::any_of(labels.begin(), labels.end(),
-                                    [&](const cv::Rect& other) { return (other & place).area() > 0; });
+    const bool covers =
+        std::ranges::any_of(labels, [&](const cv::Rect& other) { return (other & place).area() > 0; });
     if (covers) continue;
     labels.push_back(place);
     DrawLabel(text, place, picture);

@@ -110,8 +110,7 @@ std::string Plots(const SyncAnalysis& analysis, const Series& of, const PlotFram
     std::vector<HeatMapRow> rows;
     for (const CameraSyncSeries& series : analysis.series) {
       HeatMapRow row{series.camera, series.*of.values, ""};
-      const auto lacking =
-          std::count_if(row.values.begin(), row.values.end(), [](double v) { return !std::isfinite(v); });
+      const auto lacking = std::ranges::count_if(row.values, [](double v) { return !std::isfinite(v); });
       if (const double farthest = Farthest(row.values); farthest >= 0)
         row.note = absl::StrFormat(": at most %.3f %s from 0", farthest, of.unit);
       if (sets != nullptr && lacking > 0)
@@ -122,7 +121,7 @@ std::string Plots(const SyncAnalysis& analysis, const Series& of, const PlotFram
     html += HeatMap(frames, rows, {absl::StrCat(of.what, ", all cameras"), of.unit, 4, false}, of.gaps);
   }
   if (order.size() > kPlottedAlone) {
-    std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
+    std::ranges::stable_sort(order, [&](const auto* a, const auto* b) {
       return Farthest(a->*of.values) > Farthest(b->*of.values);
     });
     order.resize(kPlottedAlone);

@@ -27,7 +27,7 @@ std::vector<Edge> EdgesOf(const std::vector<Face>& faces, size_t count) {
   for (size_t f = 0; f < count; ++f) {
     for (int i = 0; i < 3; ++i) edges.push_back(std::minmax(faces[f][i], faces[f][(i + 1) % 3]));
   }
-  std::sort(edges.begin(), edges.end());
+  std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   return edges;
 }
@@ -40,8 +40,7 @@ absl::Status CheckPartsInMesh(const Template& garment, const GarmentParts& parts
     const Seam& seam = parts.seams[i];
     for (const std::vector<int>* side : {&seam.side_a, &seam.side_b}) {
       for (size_t k = 1; k < side->size(); ++k) {
-        if (std::binary_search(edges.begin(), edges.end(), Edge(std::minmax((*side)[k - 1], (*side)[k]))))
-          continue;
+        if (std::ranges::binary_search(edges, Edge(std::minmax((*side)[k - 1], (*side)[k])))) continue;
         return absl::FailedPreconditionError(absl::StrCat("seam ", i, " runs from vertex ", (*side)[k - 1],
                                                           " to ", (*side)[k],
                                                           ", where the mesh has no edge"));
@@ -50,12 +49,12 @@ absl::Status CheckPartsInMesh(const Template& garment, const GarmentParts& parts
   }
   std::set<std::vector<int>> borders;
   for (std::vector<int> loop : topology.loops) {
-    std::sort(loop.begin(), loop.end());
+    std::ranges::sort(loop);
     borders.insert(std::move(loop));
   }
   for (size_t i = 0; i < parts.openings.size(); ++i) {
     std::vector<int> loop = parts.openings[i].loop;
-    std::sort(loop.begin(), loop.end());
+    std::ranges::sort(loop);
     if (!borders.contains(loop)) {
       return absl::FailedPreconditionError(
           absl::StrCat("opening ", i, " of template.json is no border of the mesh"));
@@ -72,7 +71,7 @@ void AddStrain(const Template& garment, const GarmentParts& parts, v1::TemplateS
     if (print_mm > 0) strain.push_back(std::abs(rest_mm / print_mm - 1));
   }
   if (strain.empty()) return;
-  std::sort(strain.begin(), strain.end());
+  std::ranges::sort(strain);
   summary->set_strain_median(strain[strain.size() / 2]);
   summary->set_strain_p95(strain[strain.size() * 95 / 100]);
 }
@@ -97,8 +96,7 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
   summary.set_board_hash(garment.board_hash);
   summary.set_vertices(vertices);
   const auto count = [&](bool (VertexNode::*is)() const) {
-    return static_cast<int>(
-        std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(), std::mem_fn(is)));
+    return static_cast<int>(std::ranges::count_if(garment.node_of_vertex, std::mem_fn(is)));
   };
   summary.set_vertices_with_cell(count(&VertexNode::IsCell));
   summary.set_vertices_with_corner(count(&VertexNode::IsCorner));
@@ -109,7 +107,7 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
   for (const std::vector<int>& loop : topology.loops) {
     summary.add_openings_mm(LoopLengthMm(loop, garment.rest.vertices_mm));
   }
-  std::sort(summary.mutable_openings_mm()->begin(), summary.mutable_openings_mm()->end(), std::greater<>());
+  std::ranges::sort(*summary.mutable_openings_mm(), std::greater<>());
   if (parts.expected_openings >= 0) summary.set_expected_openings(parts.expected_openings);
   summary.set_panels(static_cast<int>(parts.panels.size()));
   summary.set_seams(static_cast<int>(parts.seams.size()));

@@ -17,7 +17,7 @@ constexpr int kEnoughCheckFrames = 8;
 const v1::AvatarScore* FindScore(const v1::AvatarEvaluation& evaluation, const std::string& split,
                                  int cameras, const std::string& method) {
   const auto& scores = evaluation.scores();
-  const auto found = std::find_if(scores.begin(), scores.end(), [&](const v1::AvatarScore& score) {
+  const auto found = std::ranges::find_if(scores, [&](const v1::AvatarScore& score) {
     return score.split() == split && score.cameras() == cameras && score.method() == method &&
            score.frames() > 0;
   });

@@ -96,7 +96,7 @@ class FrameRun {
   static absl::Status Cancelled() { return absl::CancelledError("the driving was cancelled"); }
 
   void FindCached(const StageKeys& keys) {
-    const size_t end = asked_.empty() ? 0 : *std::max_element(asked_.begin(), asked_.end()) + 1;
+    const size_t end = asked_.empty() ? 0 : *std::ranges::max_element(asked_) + 1;
     for (size_t at = 0; at < end; ++at) {
       const absl::StatusOr<std::string> fingerprint = list_.dump->Fingerprint(list_.indices[at]);
       standing_.push_back(fingerprint.ok() ? CachedReport(out_, list_.NameOf(at), keys, *fingerprint,
@@ -121,7 +121,7 @@ class FrameRun {
     return absl::OkStatus();
   }
 
-  bool IsAsked(size_t at) const { return std::binary_search(asked_.begin(), asked_.end(), at); }
+  bool IsAsked(size_t at) const { return std::ranges::binary_search(asked_, at); }
   void TellFinished(size_t at, const v1::FrameReport& report, bool reused) const {
     if (IsAsked(at) && events_.finished) events_.finished(SummaryOf(report, reused));
   }

@@ -82,13 +82,13 @@ absl::StatusOr<Rig> CamerasNamed(const Rig& rig, const std::vector<std::string>&
     if (rig.IndexOf(names[k]) < 0)
       return absl::InvalidArgumentError(absl::StrCat("--cameras: ", path, " has no camera \"", names[k],
                                                      "\"; it has ", absl::StrJoin(there, ", ")));
-    if (std::count(names.begin(), names.end(), names[k]) > 1)
+    if (std::ranges::count(names, names[k]) > 1)
       return absl::InvalidArgumentError(absl::StrCat("--cameras: \"", names[k], "\" is given twice"));
   }
   Rig out;
   out.id = rig.id;
   for (const CameraModel& camera : rig.cameras)
-    if (std::count(names.begin(), names.end(), camera.id) > 0) out.cameras.push_back(camera);
+    if (std::ranges::count(names, camera.id) > 0) out.cameras.push_back(camera);
   return out;
 }
 

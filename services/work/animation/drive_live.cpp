@@ -64,7 +64,7 @@ class Pace {
     out.set_frames_passed_over(passed_over_);
     if (latency_ms_.empty()) return out;
     std::vector<double> sorted = latency_ms_;
-    std::sort(sorted.begin(), sorted.end());
+    std::ranges::sort(sorted);
     out.set_latency_median_ms(sorted[sorted.size() / 2]);
     out.set_latency_p95_ms(sorted[std::min(sorted.size() - 1, sorted.size() * 95 / 100)]);
     const double took_s = 1e-9 * static_cast<double>(last_ns_ - *first_ns_);
@@ -207,13 +207,13 @@ absl::StatusOr<std::vector<v1::FrameReport>> CachedFrames(const v1::Registration
   const absl::StatusOr<std::vector<std::string>> listed = ListFrameFolders(out, FrameFile::kReport);
   if (!listed.ok() || listed->empty()) return standing;
   std::vector<std::string> names = *listed;
-  std::sort(names.begin(), names.end(), NaturalLess);
+  std::ranges::sort(names, NaturalLess);
   std::string memory;
   for (const std::string& name : names) {
     std::optional<v1::FrameReport> report;
     if (dump != nullptr) {
       const auto& of_dump = dump->frame_names();
-      const auto found = std::find(of_dump.begin(), of_dump.end(), name);
+      const auto found = std::ranges::find(of_dump, name);
       if (found != of_dump.end())
         report = CachedReport(out, name, keys,
                               dump->Fingerprint(static_cast<size_t>(found - of_dump.begin())).value_or(""),

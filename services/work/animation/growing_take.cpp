@@ -19,7 +19,7 @@ absl::StatusOr<GrowingTake> GrowingTake::Open(const std::string& folder, const R
   bool has_any = false;
   for (const CameraModel& camera : rig.cameras) {
     Stream stream;
-    if (std::find(ids.begin(), ids.end(), camera.id) != ids.end()) {
+    if (std::ranges::find(ids, camera.id) != ids.end()) {
       WEFT_ASSIGN_OR_RETURN(stream.reader, StreamReader::Open(StreamFolder(folder), camera.id));
       stream.recent = stream.reader->records();
       stream.index_path = IndexFile(StreamFolder(folder), camera.id);

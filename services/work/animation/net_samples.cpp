@@ -66,12 +66,10 @@ Plan PlanOf(TrainingTakes& takes, int rigs) {
     learnt[t] = {static_cast<int>(t), 0, LearntFrames(told, t)};
     if (learnt[t].last == 0) continue;
     out.spaces[0].push_back(learnt[t]);
-    if (std::find(motions.begin(), motions.end(), told[t].motion) == motions.end())
-      motions.push_back(told[t].motion);
+    if (std::ranges::find(motions, told[t].motion) == motions.end()) motions.push_back(told[t].motion);
   }
   const auto group_of = [&](size_t t) {
-    return static_cast<size_t>(std::find(motions.begin(), motions.end(), told[t].motion) - motions.begin()) %
-           kMostGroups;
+    return static_cast<size_t>(std::ranges::find(motions, told[t].motion) - motions.begin()) % kMostGroups;
   };
   // By a space of these parts, what it has not learnt.
   const auto add = [&](std::vector<Part> parts, const std::vector<Part>& driven) {

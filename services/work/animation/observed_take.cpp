@@ -107,7 +107,7 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& t
   std::vector<size_t> positions;
   const std::vector<std::string>& names = dump->frame_names();
   for (const std::string& frame : take.frame_names()) {
-    const auto at = std::find(names.begin(), names.end(), frame);
+    const auto at = std::ranges::find(names, frame);
     if (at == names.end())
       return absl::NotFoundError(
           absl::StrCat(take.folder, ": has no pictures of frame ", frame, " of its truth"));

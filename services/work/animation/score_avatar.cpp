@@ -276,8 +276,7 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   std::vector<ClothTake*> takes;
   for (ClothSource& source : sources)
     for (ClothTake& take : source.takes) {
-      const bool is_asked_for =
-          std::find(scoring.splits.begin(), scoring.splits.end(), take.split) != scoring.splits.end();
+      const bool is_asked_for = std::ranges::find(scoring.splits, take.split) != scoring.splits.end();
       if (!source.is_dataset || is_asked_for) takes.push_back(&take);
       if (take.folder.empty())
         return absl::InvalidArgumentError(absl::StrCat(

@@ -54,8 +54,8 @@ ScoreTally& ScoreTally::operator+=(const ScoreTally& other) {
 void ScoreTally::AddViews(const std::vector<ViewObservations>& seen) {
   views += static_cast<int64_t>(seen.size());
   for (const ViewObservations& view : seen)
-    cells += std::count_if(view.observations.begin(), view.observations.end(),
-                           [](const Observation& o) { return o.node.kind == NodeKind::kCenter; });
+    cells += std::ranges::count_if(view.observations,
+                                   [](const Observation& o) { return o.node.kind == NodeKind::kCenter; });
 }
 
 ScoreTally& ScoreTable::At(const std::string& split, int cameras, const std::string& method) {

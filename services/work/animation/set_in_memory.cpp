@@ -64,13 +64,13 @@ std::vector<std::string> SetInMemory::unknown_cameras() const {
   };
   for (const RawFrame& frame : set_.frames) add(frame.camera_id);
   for (const MissingFrame& missing : set_.missing) add(missing.camera_id);
-  std::sort(unknown.begin(), unknown.end());
+  std::ranges::sort(unknown);
   return unknown;
 }
 
 const RawFrame* SetInMemory::FrameOf(const std::string& camera_id) const {
-  const auto found = std::find_if(set_.frames.begin(), set_.frames.end(),
-                                  [&](const RawFrame& frame) { return frame.camera_id == camera_id; });
+  const auto found =
+      std::ranges::find_if(set_.frames, [&](const RawFrame& frame) { return frame.camera_id == camera_id; });
   return found == set_.frames.end() ? nullptr : &*found;
 }
 

@@ -91,7 +91,7 @@ absl::Status LocalExecutor::Start(const v1::Task& task, TaskListener listener) {
   if (taken_.size() >= static_cast<size_t>(options_.workers)) {
     return absl::ResourceExhaustedError("every worker is busy");
   }
-  if (std::find(taken_.begin(), taken_.end(), task.id()) != taken_.end()) {
+  if (std::ranges::find(taken_, task.id()) != taken_.end()) {
     return absl::AlreadyExistsError(absl::StrCat("task \"", task.id(), "\" runs already"));
   }
   auto run = std::make_unique<Run>();

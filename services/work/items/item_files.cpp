@@ -85,7 +85,7 @@ absl::StatusOr<LocalItem> ListLocalItem(v1::ItemKind kind, const std::string& pa
                                         const std::function<void(uint64_t done, uint64_t total)>& hashed) {
   fs::path folder;
   WEFT_ASSIGN_OR_RETURN(Names names, ChooseNames(kind, fs::absolute(path).lexically_normal(), &folder));
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   LocalItem item;
   uint64_t total = 0, done = 0;
   for (const std::string& name : names) {

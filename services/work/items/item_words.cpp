@@ -41,7 +41,7 @@ absl::Status CheckItemKind(v1::ItemKind kind) {
 
 absl::Status CheckItemName(const std::string& name) {
   const bool plain = !name.empty() && name.size() <= kMaxItemNameBytes && absl::ascii_isalnum(name.front()) &&
-                     std::all_of(name.begin(), name.end(), IsNameCharacter);
+                     std::ranges::all_of(name, IsNameCharacter);
   if (plain) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
       "name: \"", EscapedText(name.substr(0, kMaxItemNameBytes)), "\" must be 1 to ", kMaxItemNameBytes,
@@ -63,9 +63,8 @@ std::string ItemNameOfPath(const std::string& path) {
 }
 
 bool IsSha256(const std::string& text) {
-  return text.size() == kSha256Digits && std::all_of(text.begin(), text.end(), [](char c) {
-           return absl::ascii_isdigit(c) || (c >= 'a' && c <= 'f');
-         });
+  return text.size() == kSha256Digits &&
+         std::ranges::all_of(text, [](char c) { return absl::ascii_isdigit(c) || (c >= 'a' && c <= 'f'); });
 }
 
 absl::StatusOr<ItemReference> ParseItemReference(const std::string& text) {

@@ -81,8 +81,8 @@ absl::Status CheckManifest(const v1::ItemManifest& manifest) {
 std::string ItemIdOf(const v1::ItemManifest& manifest) {
   std::vector<const v1::ItemFile*> files;
   for (const v1::ItemFile& file : manifest.files()) files.push_back(&file);
-  std::sort(files.begin(), files.end(),
-            [](const v1::ItemFile* a, const v1::ItemFile* b) { return a->path() < b->path(); });
+  std::ranges::sort(files,
+                    [](const v1::ItemFile* a, const v1::ItemFile* b) { return a->path() < b->path(); });
   Sha256 hash;
   for (const v1::ItemFile* file : files) {
     hash.Add(absl::StrCat(file->sha256(), " ", file->bytes(), " ", file->path(), "\n"));
@@ -97,8 +97,8 @@ int64_t BytesOf(const v1::ItemManifest& manifest) {
 }
 
 const v1::ItemFile* FindFile(const v1::ItemManifest& manifest, const std::string& path) {
-  const auto found = std::find_if(manifest.files().begin(), manifest.files().end(),
-                                  [&](const v1::ItemFile& file) { return file.path() == path; });
+  const auto found =
+      std::ranges::find_if(manifest.files(), [&](const v1::ItemFile& file) { return file.path() == path; });
   return found == manifest.files().end() ? nullptr : &*found;
 }
 

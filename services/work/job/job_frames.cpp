@@ -91,8 +91,7 @@ int JobFrames::Backlog() const {
 }
 
 bool JobFrames::AllProcessed() const {
-  return std::all_of(infos_.begin(), infos_.end(),
-                     [](const v1::FrameInfo& info) { return IsEnd(info.state()); });
+  return std::ranges::all_of(infos_, [](const v1::FrameInfo& info) { return IsEnd(info.state()); });
 }
 
 std::vector<size_t> JobFrames::TakeLiveChunk(int slots) {

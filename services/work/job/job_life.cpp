@@ -41,7 +41,7 @@ void TellOfRedone(const JobFrames& frames, v1::Job& job) {
                                              count == 1 ? "was " : "were ", text);
     // A job that was retried has told of it before.
     const auto& told = job.warnings();
-    if (std::find(told.begin(), told.end(), warning) == told.end()) job.add_warnings(warning);
+    if (std::ranges::find(told, warning) == told.end()) job.add_warnings(warning);
   }
 }
 

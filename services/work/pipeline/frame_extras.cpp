@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 // The number of a name without leading zeros; empty for names with none or several.
 std::string OnlyNumber(const std::string& name) {
   const auto is_digit = [](char c) { return absl::ascii_isdigit(static_cast<unsigned char>(c)); };
-  const auto first = std::find_if(name.begin(), name.end(), is_digit);
+  const auto first = std::ranges::find_if(name, is_digit);
   const auto end = std::find_if_not(first, name.end(), is_digit);
   if (first == end || std::any_of(end, name.end(), is_digit)) return "";
   const std::string digits(first, end);
@@ -71,9 +71,8 @@ absl::Status CheckScanFolder(const std::string& folder, const std::vector<std::s
   }
   for (const std::string& name : names) {
     // A second format of a scan that is used.
-    const bool is_known = std::any_of(used.begin(), used.end(), [&](const std::string& other) {
-      return other == name || Stem(other) == Stem(name);
-    });
+    const bool is_known = std::ranges::any_of(
+        used, [&](const std::string& other) { return other == name || Stem(other) == Stem(name); });
     if (!is_known) strange.push_back(name);
   }
   if (!lack.empty()) notes.push_back(LackText(lack, job_frames.size(), "scan", folder));
@@ -118,7 +117,7 @@ absl::StatusOr<ScanFolder> ScanFolder::List(const std::string& folder) {
     return absl::InvalidArgumentError(absl::StrCat(folder, ": is no folder; give that of the scans"));
   if (error)
     return absl::PermissionDeniedError(absl::StrCat(folder, ": cannot be listed (", error.message(), ")"));
-  std::sort(scans.names_.begin(), scans.names_.end(), NaturalLess);
+  std::ranges::sort(scans.names_, NaturalLess);
   for (size_t i = 0; i < scans.names_.size(); ++i) {
     const std::string stem = Stem(scans.names_[i]);
     scans.of_stem_[stem].push_back(i);
@@ -136,13 +135,13 @@ absl::StatusOr<std::string> ScanFolder::Of(const std::string& frame) const {
   }
   const std::vector<size_t>& files = found->second;
   const auto is_ply = [this](size_t i) { return !IsPcdName(names_[i]); };
-  const auto plies = std::count_if(files.begin(), files.end(), is_ply);
+  const auto plies = std::ranges::count_if(files, is_ply);
   const size_t of_format = plies > 0 ? static_cast<size_t>(plies) : files.size();
   if (of_format > 1) {
     return absl::InvalidArgumentError(absl::StrCat(folder_, ": ", names_[files[0]], " and ", names_[files[1]],
                                                    " are both scans of frame ", frame, "; remove one"));
   }
-  const auto ply = std::find_if(files.begin(), files.end(), is_ply);
+  const auto ply = std::ranges::find_if(files, is_ply);
   return path_of(ply == files.end() ? files.front() : *ply);
 }
 

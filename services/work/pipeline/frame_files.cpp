@@ -81,9 +81,8 @@ void RemoveTemporaryFilesOf(const ConfinedFolder& folder, const std::vector<std:
   const auto names = folder.Names();
   if (!names.ok()) return;
   for (const std::string& name : *names) {
-    const bool temporary = std::any_of(files.begin(), files.end(), [&name](const std::string& file) {
-      return IsTemporaryNameOf(name, file);
-    });
+    const bool temporary = std::ranges::any_of(
+        files, [&name](const std::string& file) { return IsTemporaryNameOf(name, file); });
     if (temporary) folder.Remove(name).IgnoreError();
   }
 }

@@ -17,8 +17,8 @@ std::string ChecksumOf(const std::string& bytes) {
 }
 
 const v1::ResultFile* FindListed(const v1::FrameReport& report, FrameFile file) {
-  const auto found = std::find_if(report.files().begin(), report.files().end(),
-                                  [file](const v1::ResultFile& f) { return f.name() == FileName(file); });
+  const auto found = std::ranges::find_if(
+      report.files(), [file](const v1::ResultFile& f) { return f.name() == FileName(file); });
   return found == report.files().end() ? nullptr : &*found;
 }
 

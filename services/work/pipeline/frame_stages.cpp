@@ -52,8 +52,8 @@ class StageClock {
   // Takes the place of an earlier time of the stage.
   void End(const char* stage) {
     auto& stages = *report_.mutable_stages();
-    const auto earlier = std::find_if(stages.begin(), stages.end(),
-                                      [stage](const v1::StageTime& time) { return time.stage() == stage; });
+    const auto earlier =
+        std::ranges::find_if(stages, [stage](const v1::StageTime& time) { return time.stage() == stage; });
     v1::StageTime& time = earlier == stages.end() ? *stages.Add() : *earlier;
     time.set_stage(stage);
     time.set_time_ms(watch_.Ms());
@@ -153,8 +153,7 @@ class Registration {
         return absl::IsFailedPrecondition(aligned.status()) ? absl::OkStatus() : aligned.status();
       const RegisteredMesh& mesh = aligned->mesh;
       if (round == 1) {
-        observed_at_first_ =
-            static_cast<int>(std::count(mesh.state.begin(), mesh.state.end(), VertexState::kObserved));
+        observed_at_first_ = static_cast<int>(std::ranges::count(mesh.state, VertexState::kObserved));
       }
       decoded.moved.Undo(frame_.views);  // it adds to what was decoded
       WEFT_ASSIGN_OR_RETURN(const SecondPassResult pass,

@@ -69,7 +69,7 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
   tbb::task_arena arena(concurrency);
   const FrameSteps steps = StepsOf(inputs, job_frames);
   const auto refine = [&](size_t index) {
-    const auto at = std::lower_bound(job_frames.begin(), job_frames.end(), index) - job_frames.begin();
+    const auto at = std::ranges::lower_bound(job_frames, index) - job_frames.begin();
     absl::Status status;
     if (asked.frames_alone()) return status;
     arena.execute([&] {

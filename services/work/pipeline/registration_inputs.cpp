@@ -37,9 +37,8 @@ absl::Status CheckPcd(const v1::RegistrationOptions& options, const std::vector<
   if (!format.empty() && format != "ply" && !WantsPcd(options)) {
     return absl::InvalidArgumentError(absl::StrCat("cloud_format: \"", format, "\" is neither ply nor pcd"));
   }
-  const bool reads = std::any_of(frames.begin(), frames.end(), [&options](const std::string& frame) {
-    return IsPcdName(ScanPath(frame, options.scans()));
-  });
+  const bool reads = std::ranges::any_of(
+      frames, [&options](const std::string& frame) { return IsPcdName(ScanPath(frame, options.scans())); });
   return reads || WantsPcd(options) ? CheckPclProgram() : absl::OkStatus();
 }
 

@@ -79,8 +79,8 @@ Cut Choose(const Pilot& pilot, const PlanRequest& request, int cores) {
     if (size > pilot.job_frames && !cuts.empty()) break;
     cuts.push_back(Play(pilot, request, cores, std::min(size, pilot.job_frames)));
   }
-  const auto shortest = std::min_element(
-      cuts.begin(), cuts.end(), [](const Cut& a, const Cut& b) { return a.played.wall_s < b.played.wall_s; });
+  const auto shortest = std::ranges::min_element(
+      cuts, [](const Cut& a, const Cut& b) { return a.played.wall_s < b.played.wall_s; });
   const double enough_s = shortest->played.wall_s * kEqual;
   Cut best = *shortest;
   for (const Cut& cut : cuts) {
@@ -128,7 +128,7 @@ void DescribePilot(const Pilot& pilot, v1::JobPilot& out) {
   out.set_startup_core_s(pilot.startup_core_s);
   out.set_frame_s(MeanOf(pilot.frame_s));
   out.set_frame_core_s(pilot.frame_core_s);
-  out.set_longest_frame_s(*std::max_element(pilot.frame_s.begin(), pilot.frame_s.end()));
+  out.set_longest_frame_s(*std::ranges::max_element(pilot.frame_s));
   out.set_peak_memory_mib(pilot.peak_memory_mib);
   out.set_mib_read_per_frame(pilot.mib_read_per_frame);
   out.set_mib_written_per_frame(pilot.mib_written_per_frame);

@@ -129,8 +129,8 @@ Pilot PilotFrom(const std::vector<PilotTask>& tasks) {
   Pilot pilot;
   std::vector<double> core_s, startup_s, startup_core_s;
   double wall_s = 0, delay_s = 0, frames = 0;
-  const bool has_long_task = std::any_of(
-      tasks.begin(), tasks.end(), [](const PilotTask& task) { return task.finished.size() > kWarmingUp; });
+  const bool has_long_task =
+      std::ranges::any_of(tasks, [](const PilotTask& task) { return task.finished.size() > kWarmingUp; });
   for (const PilotTask& task : tasks) {
     if (task.finished.empty()) continue;
     for (size_t i = has_long_task ? kWarmingUp : 1; i < task.finished.size(); ++i) {

@@ -102,7 +102,7 @@ void SlurmExecutor::QueryIfSilent() {
   const std::chrono::duration<double> period(options_.query_s);
   if (last_query_ && now - *last_query_ < period) return;
   const bool is_needed =
-      !knows_leftovers_ || std::any_of(runs_.begin(), runs_.end(), [&](const std::unique_ptr<Run>& run) {
+      !knows_leftovers_ || std::ranges::any_of(runs_, [&](const std::unique_ptr<Run>& run) {
         if (!run->array || run->gone_at) return false;
         return now - run->heard >= period || run->cancelled_at || run->ended;
       });
@@ -121,7 +121,7 @@ void SlurmExecutor::QueryIfSilent() {
 // Where one of ours cannot be read, or one of which nobody knows whose it is, those that are missing may be
 // it.
 bool SlurmExecutor::IsWhole(const std::vector<SlurmRecord>& records) const {
-  return std::none_of(records.begin(), records.end(), [this](const SlurmRecord& record) {
+  return std::ranges::none_of(records, [this](const SlurmRecord& record) {
     const int64_t array_id = record.array_id > 0 ? record.array_id : record.job_id;
     return !record.fault.empty() && (array_id <= 0 || own_arrays_.contains(array_id));
   });
@@ -142,7 +142,7 @@ void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
     if (array_id <= 0) continue;
     if (!own_arrays_.contains(array_id)) left.push_back(absl::StrCat(array_id));
   }
-  std::sort(left.begin(), left.end());
+  std::ranges::sort(left);
   left.erase(std::unique(left.begin(), left.end()), left.end());
   if (left.empty() || commands_.Cancel(left).ok()) {
     knows_leftovers_ = true;

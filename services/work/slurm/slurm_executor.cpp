@@ -92,7 +92,7 @@ absl::Status SlurmExecutor::Start(const v1::Task& task, TaskListener listener) {
   const MutexLock lock(mutex_);
   if (stopping_) return absl::UnavailableError("the executor is shutting down");
   if (taken_.size() >= static_cast<size_t>(slots())) return absl::ResourceExhaustedError("too many tasks");
-  if (std::find(taken_.begin(), taken_.end(), task.id()) != taken_.end())
+  if (std::ranges::find(taken_, task.id()) != taken_.end())
     return absl::AlreadyExistsError(absl::StrCat("task \"", task.id(), "\" runs already"));
   auto run = std::make_unique<Run>();
   run->task = task;
@@ -167,8 +167,7 @@ bool SlurmExecutor::TakeRequests() {
   }
   if (stopping && !stop_by_) stop_by_ = Clock::now() + options_.stop_patience;
   for (const std::unique_ptr<Run>& run : runs_) {
-    if (stopping || std::find(stops.begin(), stops.end(), run->task.id()) != stops.end())
-      run->was_stopped = true;
+    if (stopping || std::ranges::find(stops, run->task.id()) != stops.end()) run->was_stopped = true;
   }
   return stopping;
 }
@@ -187,7 +186,7 @@ void SlurmExecutor::Submit() {
   LearnLimits();
   std::vector<std::string> jobs;  // with tasks to submit, the first ones first
   for (const std::unique_ptr<Run>& run : runs_) {
-    if (!run->array && !run->over && std::find(jobs.begin(), jobs.end(), run->task.job_id()) == jobs.end())
+    if (!run->array && !run->over && std::ranges::find(jobs, run->task.job_id()) == jobs.end())
       jobs.push_back(run->task.job_id());
   }
   for (const std::string& job : jobs) {

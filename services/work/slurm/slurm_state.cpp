@@ -230,7 +230,7 @@ const SlurmRecord* FindElement(const std::vector<SlurmRecord>& records, int64_t 
     if (record.array_id == 0 && record.job_id == array_id && index == 0) return &record;
     if (record.array_id != array_id || record.index) continue;
     const bool is_beyond = record.waiting_is_cut && (record.waiting.empty() || index > record.waiting.back());
-    if (is_beyond || std::count(record.waiting.begin(), record.waiting.end(), index) > 0) waits = &record;
+    if (is_beyond || std::ranges::count(record.waiting, index) > 0) waits = &record;
   }
   return waits;
 }

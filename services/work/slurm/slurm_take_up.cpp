@@ -22,7 +22,7 @@ std::vector<std::string> ArrayFolders(const std::string& jobs) {
     for (fs::directory_iterator array(job->path(), of_job); !of_job && array != end; array.increment(of_job))
       folders.push_back(array->path().string());
   }
-  std::sort(folders.begin(), folders.end());
+  std::ranges::sort(folders);
   return folders;
 }
 

@@ -77,7 +77,7 @@ absl::StatusOr<std::string> PathPolicy::Canonical(const std::string& field, cons
   }
   std::error_code error;
   const fs::path canonical = Resolve(path, error);
-  const bool inside = !error && std::any_of(allowed_.begin(), allowed_.end(), [&](const std::string& folder) {
+  const bool inside = !error && std::ranges::any_of(allowed_, [&](const std::string& folder) {
     return LiesBelow(canonical, folder);
   });
   if (inside) return canonical.string();

@@ -33,7 +33,7 @@ absl::Status CheckText(const std::string& field, const std::string& text, size_t
     return Invalid(field, absl::StrCat("has ", text.size(), " bytes"),
                    absl::StrCat("at most ", max_bytes, " are allowed"));
   }
-  if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
+  if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
     return Invalid(field, "holds a control character", "remove it");
   }
   return absl::OkStatus();
@@ -45,7 +45,7 @@ absl::Status CheckPath(const std::string& field, const std::string& path) {
 }
 
 absl::Status CheckHash(const std::string& field, const std::string& hash) {
-  const bool digits = std::all_of(hash.begin(), hash.end(), [](char c) { return absl::ascii_isxdigit(c); });
+  const bool digits = std::ranges::all_of(hash, [](char c) { return absl::ascii_isxdigit(c); });
   if (hash.empty() || (hash.size() == 16 && digits)) return absl::OkStatus();
   return Invalid(field, absl::StrCat("\"", hash, "\" is no hash"), "give 16 hex digits, or nothing");
 }
@@ -187,9 +187,8 @@ absl::Status CheckPageToken(const std::string& token) {
 absl::Status CheckOwner(const std::string& owner) { return CheckText("owner", owner, kMaxNameBytes); }
 
 absl::Status CheckKey(const std::string& key) {
-  const bool plain = std::all_of(key.begin(), key.end(), [](char c) {
-    return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-';
-  });
+  const bool plain = std::ranges::all_of(
+      key, [](char c) { return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-'; });
   if (key.empty()) return absl::OkStatus();
   if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
   return Invalid("idempotency_key", "cannot be an id",
@@ -198,8 +197,7 @@ absl::Status CheckKey(const std::string& key) {
 }
 
 absl::Status CheckTakeId(const std::string& take_id) {
-  const bool plain =
-      std::all_of(take_id.begin(), take_id.end(), [](char c) { return absl::ascii_isalnum(c) || c == '-'; });
+  const bool plain = std::ranges::all_of(take_id, [](char c) { return absl::ascii_isalnum(c) || c == '-'; });
   if (plain && !take_id.empty() && take_id.size() <= kMaxNameBytes) return absl::OkStatus();
   return Invalid("take_id", absl::StrCat("\"", take_id.substr(0, kMaxNameBytes), "\" is no id of a take"),
                  "`weft take list` shows the takes");

@@ -74,8 +74,7 @@ absl::Status AwaitEarlierProcesses(const std::string& state_folder) {
 std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
   return [&parts](const std::string& folder) {
     const std::vector<v1::Job> jobs = parts.queue->Unfinished();
-    return std::any_of(jobs.begin(), jobs.end(),
-                       [&](const v1::Job& job) { return IsReadFrom(job.spec(), folder); }) ||
+    return std::ranges::any_of(jobs, [&](const v1::Job& job) { return IsReadFrom(job.spec(), folder); }) ||
            (parts.operation_queue && parts.operation_queue->Reads(folder));
   };
 }

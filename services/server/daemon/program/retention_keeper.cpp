@@ -110,7 +110,7 @@ void RetentionKeeper::Work(const std::stop_token& stop) {
   MutexLock lock(mutex_);
   while (!stop.stop_requested()) {
     PassTime();
-    if (std::exchange(hurry_, false)) std::fill(next.begin(), next.end(), Clock::now());
+    if (std::exchange(hurry_, false)) std::ranges::fill(next, Clock::now());
     if (Clock::now() >= save_at) {
       Save();
       save_at = Clock::now() + kSaveEvery;

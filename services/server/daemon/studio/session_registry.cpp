@@ -172,8 +172,7 @@ std::vector<SessionRegistry::Entry*> SessionRegistry::OthersWith(const v1::Sessi
   for (auto& [other_id, entry] : entries_) {
     if (other_id == id || !IsOpen(entry.session)) continue;
     const std::set<std::string> theirs = DevicesOf(entry.session.cameras());
-    if (std::any_of(theirs.begin(), theirs.end(),
-                    [&](const auto& device) { return wanted.contains(device); })) {
+    if (std::ranges::any_of(theirs, [&](const auto& device) { return wanted.contains(device); })) {
       others.push_back(&entry);
     }
   }
@@ -311,8 +310,7 @@ absl::Status SessionRegistry::CheckCamerasAreFreeLocked(const std::string& field
   const Entry& other = *others.front();
   const double remaining_s = std::chrono::duration<double>(other.expires - now_()).count();
   const std::set<std::string> wanted = DevicesOf(cameras), theirs = DevicesOf(other.session.cameras());
-  const auto device =
-      std::find_if(wanted.begin(), wanted.end(), [&](const auto& d) { return theirs.contains(d); });
+  const auto device = std::ranges::find_if(wanted, [&](const auto& d) { return theirs.contains(d); });
   return FieldError(absl::StatusCode::kFailedPrecondition,
                     {field,
                      absl::StrFormat("camera %s belongs to %s, whose lease lasts %.0f s more", *device,
