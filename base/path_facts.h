@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <system_error>
 
 namespace weft {
@@ -25,18 +24,11 @@ inline bool IsRegularFile(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-// Nothing where there is no such file.
-inline std::optional<uint64_t> FileBytes(const std::filesystem::path& path) {
+// 0 where there is no such file.
+inline uint64_t FileBytes(const std::filesystem::path& path) {
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(path, error);
-  return error ? std::nullopt : std::optional<uint64_t>(bytes);
-}
-
-// What is free, for those who are not root, on the file system of `path`.
-inline std::optional<uint64_t> FreeBytesAt(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::space_info space = std::filesystem::space(path, error);
-  return error ? std::nullopt : std::optional<uint64_t>(space.available);
+  return error ? 0 : bytes;
 }
 
 // A file, a link or an empty folder. Whether it was there and is gone.

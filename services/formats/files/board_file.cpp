@@ -4,6 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/board/joint_board.h"
@@ -20,8 +21,7 @@ namespace fs = std::filesystem;
 constexpr uintmax_t kMostImageBytes = uintmax_t{256} << 20;  // a pixel is a cell
 
 absl::StatusOr<Board> ReadBoardImage(const std::string& path) {
-  std::error_code error;
-  if (const uintmax_t bytes = fs::file_size(path, error); !error && bytes > kMostImageBytes) {
+  if (const uint64_t bytes = FileBytes(path); bytes > kMostImageBytes) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": has ", bytes, " bytes, more than the ",
                                                    kMostImageBytes, " that the image of a board may have"));
   }
@@ -111,9 +111,8 @@ absl::StatusOr<std::vector<uint8_t>> ReadPanelMask(const std::string& path, int 
 }
 
 absl::StatusOr<Board> ReadBoard(const std::string& path) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) return ReadBoardJson((fs::path(path) / "board.json").string());
-  if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  if (IsFolder(path)) return ReadBoardJson((fs::path(path) / "board.json").string());
+  if (!PathExists(path)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
   const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
   return ending == ".json" ? ReadBoardJson(path) : ReadBoardImage(path);
 }

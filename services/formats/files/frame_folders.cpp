@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/path_facts.h"
 
 namespace weft {
 
@@ -15,10 +16,8 @@ absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& res
   std::error_code error;
   fs::directory_iterator entry(result, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    std::error_code no_file;
-    if (fs::exists(entry->path() / "template.json", no_file)) continue;  // stands beside the frames of a take
-    if (fs::is_regular_file(entry->path() / FileName(file), no_file))
-      names.push_back(entry->path().filename().string());
+    if (PathExists(entry->path() / "template.json")) continue;  // stands beside the frames of a take
+    if (IsRegularFile(entry->path() / FileName(file))) names.push_back(entry->path().filename().string());
   }
   if (error == std::errc::no_such_file_or_directory) {
     return absl::NotFoundError(absl::StrCat(result, ": no such folder"));

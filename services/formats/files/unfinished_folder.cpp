@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
@@ -101,8 +102,7 @@ absl::StatusOr<UnfinishedFolder> UnfinishedFolder::BeginAt(const std::string& pl
 
 UnfinishedFolder::~UnfinishedFolder() {
   if (!lock_.open() || !HasName(lock_.get(), path_)) return;
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  RemoveTree(path_);
 }
 
 absl::Status UnfinishedFolder::MoveUp() {

@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
 #include "base/median.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/file/checksum.h"
@@ -25,8 +25,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kSaveEveryS = 60;
 
 // frames.bin while it grows, and beside it the cloth's state after a number of frames.
@@ -38,8 +36,7 @@ class GrowingFrames {
   absl::Status Begin(const FramesHead& head) {
     head_ = head;
     frames_ = 0;
-    std::error_code error;
-    fs::remove(state_, error);
+    RemoveFile(state_);
     return Open(EncodeFramesHead(head));
   }
 
@@ -82,8 +79,7 @@ class GrowingFrames {
   absl::Status Finish() {
     if (fdatasync(file_.get()) != 0 || rename(part_.c_str(), final_.c_str()) != 0)
       return WriteError(final_, errno);
-    std::error_code error;
-    fs::remove(state_, error);
+    RemoveFile(state_);
     return absl::OkStatus();
   }
 

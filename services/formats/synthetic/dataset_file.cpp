@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "evaluation/chaos_floor.h"
@@ -79,8 +80,7 @@ absl::Status AddTake(const DatasetPreset& preset, const DatasetTake& take, const
 // Template and board of the garment that was put on for all.
 absl::Status AddGarment(const std::string& folder, v1::Dataset& out) {
   const fs::path garment = fs::path(folder) / "dressed" / "template";
-  std::error_code error;
-  if (!fs::exists(garment, error)) return absl::OkStatus();
+  if (!PathExists(garment)) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(const Template read, ReadTemplate(garment.string()));
   out.set_template_hash(read.ContentHash());
   out.set_board_hash(read.board_hash);

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/atomic_file.h"
@@ -44,8 +45,7 @@ absl::Status WriteTable(const DatasetPreset& preset, const std::string& out) {
 absl::Status PutOn(const DatasetPreset& preset, const std::string& folder) {
   WEFT_ASSIGN_OR_RETURN(const TakeFolder take,
                         TakeFolder::Open(folder, RecipeFor(preset, "the garment, put on")));
-  std::error_code error;
-  if (fs::exists(take.FramesFile() + ".state", error)) return absl::OkStatus();
+  if (PathExists(take.FramesFile() + ".state")) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(SyntheticTakeOptions options, OptionsOf(preset, preset.takes.front()));
   std::stop_source after_one;
   const absl::Status status =
@@ -94,8 +94,7 @@ absl::StatusOr<DatasetSummary> MakeDataset(
   summary.takes = static_cast<int>(preset.takes.size());
   for (const DatasetTake& spec : preset.takes) {
     const std::string name = spec.Name(), folder = (fs::path(out) / "takes" / name).string();
-    std::error_code error;
-    if (over.stop_requested() && !fs::exists(folder, error)) continue;
+    if (over.stop_requested() && !PathExists(folder)) continue;
     const absl::StatusOr<TakeFolder> take = TakeFolder::Open(folder, RecipeFor(preset, name));
     if (absl::IsUnavailable(take.status())) {
       ++summary.elsewhere;

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
@@ -52,8 +53,7 @@ absl::StatusOr<TakeFolder> TakeFolder::Open(const std::string& out, const std::s
   WEFT_RETURN_IF_ERROR(CheckRecipe(path.string(), recipe));
   WEFT_RETURN_IF_ERROR(CreateFolders(path / "truth"));
   const std::string record = (path / kRecipe).string();
-  std::error_code error;
-  if (!fs::exists(record, error)) {
+  if (!PathExists(record)) {
     WEFT_RETURN_IF_ERROR(WriteFileAtomically(record, recipe + "\n"));
   }
   const int lock = open(record.c_str(), O_RDONLY | O_CLOEXEC);
@@ -63,7 +63,7 @@ absl::StatusOr<TakeFolder> TakeFolder::Open(const std::string& out, const std::s
         absl::StrCat(path.string(), ": another process writes this take; wait for it or stop it"));
   }
   TakeFolder folder(path.string(), lock);
-  fs::remove_all(folder.Unfinished(), error);
+  RemoveTree(folder.Unfinished());
   return folder;
 }
 
@@ -72,8 +72,7 @@ TakeFolder::TakeFolder(TakeFolder&& other) noexcept
 
 TakeFolder::~TakeFolder() {
   if (lock_ < 0) return;
-  std::error_code error;
-  fs::remove_all(Unfinished(), error);
+  RemoveTree(Unfinished());
   close(lock_);
 }
 
@@ -86,8 +85,7 @@ std::string TakeFolder::TruthOf(int frame) const {
 }
 
 bool TakeFolder::HasFrame(int frame) const {
-  std::error_code error;
-  return fs::is_directory(fs::path(path_) / NameOf(frame), error) && fs::is_directory(TruthOf(frame), error);
+  return IsFolder(fs::path(path_) / NameOf(frame)) && IsFolder(TruthOf(frame));
 }
 
 absl::StatusOr<TakeFolder::Draft> TakeFolder::BeginFrame(int frame) const {
@@ -108,9 +106,6 @@ std::string TakeFolder::PicturesCsv() const { return (fs::path(path_) / "truth" 
 
 std::string TakeFolder::FramesFile() const { return (fs::path(path_) / "truth" / "frames.bin").string(); }
 
-bool TakeFolder::IsComplete() const {
-  std::error_code error;
-  return fs::exists(PicturesCsv(), error) || fs::exists(FramesFile(), error);
-}
+bool TakeFolder::IsComplete() const { return PathExists(PicturesCsv()) || PathExists(FramesFile()); }
 
 }  // namespace weft

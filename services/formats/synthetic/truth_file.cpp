@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/little_endian.h"
@@ -129,10 +130,9 @@ absl::StatusOr<FrameTruth> ReadFrameTruth(const std::string& folder) {
 absl::StatusOr<std::vector<std::string>> ListTruthFrames(const std::string& truth_folder) {
   std::vector<std::string> names;
   for (std::string& name : NamesIn(truth_folder, "")) {
-    std::error_code error;
     const fs::path folder = fs::path(truth_folder) / name;
-    const bool is_template = fs::exists(folder / "template.json", error);  // beside the frames of a take
-    if (!is_template && fs::exists(folder / "mesh.ply", error)) names.push_back(std::move(name));
+    const bool is_template = PathExists(folder / "template.json");  // beside the frames of a take
+    if (!is_template && PathExists(folder / "mesh.ply")) names.push_back(std::move(name));
   }
   if (!names.empty()) return names;
   return absl::NotFoundError(absl::StrCat(

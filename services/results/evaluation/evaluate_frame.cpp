@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "evaluation/jitter.h"
 #include "services/formats/files/frame_paths.h"
@@ -76,8 +77,7 @@ class FrameEvaluator {
     const ListedFrame& other = inputs_.frames[at];
     if (other.position != inputs_.frames[index_].position + step) return std::nullopt;
     const std::string path = FramePaths(inputs_.result, other.name).Of(FrameFile::kMesh);
-    std::error_code error;
-    if (!fs::exists(path, error)) return std::nullopt;
+    if (!PathExists(path)) return std::nullopt;
     WEFT_ASSIGN_OR_RETURN(ResultMesh mesh, ReadResultMesh(path));
     WEFT_RETURN_IF_ERROR(CheckSize(path, mesh.mesh.vertices_mm.size()));
     return mesh;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/frame_paths.h"
@@ -17,15 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Exists(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error);
-}
-
 // A path that was given, or else the one of the job where something stands there.
 std::string PathOf(const std::string& given, const std::string& of_job) {
   if (!given.empty()) return given;
-  return !of_job.empty() && Exists(of_job) ? of_job : "";
+  return !of_job.empty() && PathExists(of_job) ? of_job : "";
 }
 
 absl::Status CheckHash(const char* what, const std::string& path, const std::string& of_job,
@@ -81,7 +77,7 @@ void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
 // Finds which vertex of the truth is which of the result. Needs the template of the take beside its truth.
 absl::Status MatchTruth(EvaluationInputs& inputs) {
   const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
-  if (!inputs.garment || !Exists(of_truth / "template.json")) return absl::OkStatus();
+  if (!inputs.garment || !PathExists(of_truth / "template.json")) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(const Template truth, ReadTemplate(of_truth.string()));
   if (HaveSameVertices(*inputs.garment, truth)) return absl::OkStatus();
   absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, truth);
@@ -107,7 +103,7 @@ absl::Status LoadTruth(const EvaluationRequest& request, const std::string& dump
     inputs.remarks.push_back({"errors against the truth, exact drift", "left out on request (--no-truth)"});
     return absl::OkStatus();
   }
-  if (!is_named && !dump.empty() && Exists(fs::path(dump) / "truth"))
+  if (!is_named && !dump.empty() && PathExists(fs::path(dump) / "truth"))
     inputs.truth = (fs::path(dump) / "truth").string();
   if (inputs.truth.empty()) {
     inputs.remarks.push_back(
@@ -149,7 +145,7 @@ absl::Status EvaluationRequest::Validate() const {
 absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request) {
   WEFT_RETURN_IF_ERROR(request.Validate());
   v1::Job job;
-  if (const fs::path path = fs::path(request.result) / kJobFile; Exists(path))
+  if (const fs::path path = fs::path(request.result) / kJobFile; PathExists(path))
     WEFT_RETURN_IF_ERROR(ReadJsonFile(path.string(), job));
   EvaluationInputs inputs;
   inputs.result = request.result;
@@ -161,7 +157,7 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   WEFT_RETURN_IF_ERROR(LoadTruth(request, dump, inputs));
   const fs::path beside = fs::path(dump) / "truth";
   const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty() ? inputs.truth
-                                            : Exists(beside)      ? beside.string()
+                                            : PathExists(beside)  ? beside.string()
                                                                   : "");
   FindFrameRate(request, times, inputs);
   WEFT_ASSIGN_OR_RETURN(inputs.frames,

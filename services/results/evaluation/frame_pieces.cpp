@@ -1,9 +1,9 @@
 #include "services/results/evaluation/frame_pieces.h"
 
-#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/frame_paths.h"
@@ -12,8 +12,6 @@
 #include "services/formats/files/ply.h"
 
 namespace weft {
-
-namespace fs = std::filesystem;
 
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path));
@@ -41,8 +39,7 @@ std::vector<bool> ResultMesh::Measured() const {
 absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
     const std::string& frame_folder) {
   const std::string path = FramePaths(frame_folder).Of(FrameFile::kObservations);
-  std::error_code error;
-  if (!fs::exists(path, error)) return std::nullopt;
+  if (!PathExists(path)) return std::nullopt;
   WEFT_ASSIGN_OR_RETURN(std::vector<ImageObservations> images, ReadObservations(path));
   std::vector<CameraObservations> views;
   for (ImageObservations& image : images)
@@ -53,9 +50,8 @@ absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObserva
 absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
   FramePieces out;
   const auto path_of = [&](FrameFile file) -> std::string {
-    std::error_code error;
     std::string path = FramePaths(frame_folder).Of(file);
-    if (fs::exists(path, error)) return path;
+    if (PathExists(path)) return path;
     out.missing.emplace_back(FileName(file));
     return "";
   };

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_number.h"
 #include "services/formats/files/frame_folders.h"
@@ -71,7 +72,6 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
   const FrameSteps steps(dump != nullptr ? dump->frame_names() : names);
   std::vector<ListedFrame> frames;
   bool any_registered = false;
-  std::error_code error;
   for (size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];
     const auto at = in_dump.find(name);
@@ -85,7 +85,7 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
         has_time ? times.positions[dump_index] : steps.Between(0, static_cast<size_t>(place));
     frames.push_back({name, position, dump_index});
   }
-  const bool is_of_others = !truth.empty() && !any_registered && fs::is_directory(result, error);
+  const bool is_of_others = !truth.empty() && !any_registered && IsFolder(result);
   if (is_of_others && !FramesOfResult(result).value_or(std::vector<std::string>()).empty())
     return OfOtherFrames(truth, names, result, job);
   if (!frames.empty()) return frames;

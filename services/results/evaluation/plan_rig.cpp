@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/frame_folders.h"
@@ -34,8 +35,7 @@ absl::StatusOr<NamedMoments> ReadMoments(const RigPlanRequest& request, const Te
   NamedMoments out;
   if (request.motion.empty()) return NamedMoments{{"template"}, {garment.rest.vertices_mm}};
   std::vector<std::pair<std::string, std::string>> files;  // name and path
-  std::error_code error;
-  if (!fs::is_directory(request.motion, error)) {
+  if (!IsFolder(request.motion)) {
     files.emplace_back(fs::path(request.motion).filename().string(), request.motion);
   } else {
     WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListFrameFolders(request.motion));

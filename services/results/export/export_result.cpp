@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/results/export/export_folder.h"
@@ -115,12 +116,6 @@ v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, 
   if (IsPointCache(plan.traits)) manifest.add_files(kBaseMesh);
   for (const std::string& note : MissingAttributes(request, source)) manifest.add_notes(note);
   return manifest;
-}
-
-uint64_t SizeOfFile(const std::string& path) {
-  std::error_code error;
-  const uint64_t size = fs::file_size(path, error);
-  return error ? 0 : size;
 }
 
 // The texture that an interrupted export left, else it is made anew.
@@ -300,9 +295,9 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   uint64_t present_bytes = 0;
   if (holds == ExportFolder::Holds::kPart) {
     present_bytes +=
-        SizeOfFile(folder.UnfinishedOf(SequenceFile(traits))) + SizeOfFile(folder.Of(SequenceFile(traits)));
+        FileBytes(folder.UnfinishedOf(SequenceFile(traits))) + FileBytes(folder.Of(SequenceFile(traits)));
     for (const v1::ExportedFrame& frame : outcome.manifest.frames())
-      if (!frame.file().empty()) present_bytes += SizeOfFile(folder.Of(frame.file()));
+      if (!frame.file().empty()) present_bytes += FileBytes(folder.Of(frame.file()));
   }
   WEFT_RETURN_IF_ERROR(folder.CheckRoom(needed_bytes, present_bytes));
   if (plan.texture_px > 0 || plan.normal_map_px > 0) {

@@ -10,6 +10,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "services/formats/files/frame_paths.h"
@@ -158,8 +159,7 @@ absl::Status ExportSource::ListRange(const ExportRequest& request,
 void ExportSource::FindRate(const ExportRequest& request) {
   const std::string& dump = job_.spec().dump();
   const fs::path truth = fs::path(dump) / "truth";
-  std::error_code error;
-  const TakeTimes times = TimesOfTake(dump, !dump.empty() && fs::exists(truth, error) ? truth.string() : "");
+  const TakeTimes times = TimesOfTake(dump, !dump.empty() && PathExists(truth) ? truth.string() : "");
   fps_ = request.fps > 0 ? request.fps : NominalRate(times.fps);
   fps_source_ = request.fps > 0 ? "--fps" : fps_ > 0 ? times.source : "";
   const auto numbers = NumbersOfSets(frames_, times.positions);

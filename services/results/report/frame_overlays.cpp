@@ -1,10 +1,10 @@
 #include "services/results/report/frame_overlays.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/thumbnail.h"
@@ -15,10 +15,7 @@
 namespace weft {
 namespace {
 
-bool IsThere(const std::string& path) {
-  std::error_code error;
-  return !path.empty() && std::filesystem::exists(path, error);
-}
+bool IsThere(const std::string& path) { return !path.empty() && PathExists(path); }
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/server/catalogue/catalogue_rows.h"
 #include "services/server/catalogue/folder_sync.h"
@@ -18,12 +19,6 @@ constexpr int kPagesPerStep = 256;  // 1 MiB: a few milliseconds
 constexpr std::chrono::hours kKeptFor{24};
 
 std::string CopyPath(const std::string& catalogue) { return catalogue + ".backup.tmp"; }
-
-uintmax_t SizeOf(const std::string& path) {
-  std::error_code error;
-  const uintmax_t size = fs::file_size(path, error);
-  return error ? 0 : size;
-}
 
 // DataLoss: not whole.
 absl::StatusOr<StoredCatalogue> ReadSound(const std::string& path) {
@@ -49,14 +44,14 @@ std::string BackupPath(const std::string& catalogue, int number) {
 
 bool HasBackup(const std::string& catalogue) {
   for (int number = 1; number <= kBackups; ++number) {
-    if (SizeOf(BackupPath(catalogue, number)) > 0) return true;
+    if (FileBytes(BackupPath(catalogue, number)) > 0) return true;
   }
   return false;
 }
 
 absl::StatusOr<std::unique_ptr<CatalogueBackup>> CatalogueBackup::Start(Database& catalogue) {
   const std::string& path = catalogue.path();
-  const uintmax_t size = SizeOf(path) + SizeOf(path + "-wal");
+  const uintmax_t size = FileBytes(path) + FileBytes(path + "-wal");
   std::error_code error;
   const fs::space_info space = fs::space(fs::path(path).parent_path(), error);
   if (!error && space.available < 2 * size) {
@@ -93,7 +88,7 @@ absl::Status CatalogueBackup::Keep() {
 std::optional<SoundBackup> ReadNewestBackup(const std::string& catalogue) {
   for (int number = 1; number <= kBackups; ++number) {
     const std::string path = BackupPath(catalogue, number);
-    if (SizeOf(path) == 0) continue;
+    if (FileBytes(path) == 0) continue;
     absl::StatusOr<StoredCatalogue> content = ReadSound(path);
     if (content.ok()) return SoundBackup{path, *std::move(content)};
   }

@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/server/catalogue/backup.h"
 #include "services/server/catalogue/catalogue_rows.h"
@@ -28,11 +29,7 @@ struct Finding {
   std::string reason;
 };
 
-bool IsEmpty(const std::string& path) {
-  std::error_code error;
-  const uintmax_t size = fs::file_size(path, error);
-  return error || size == 0;
-}
+bool IsEmpty(const std::string& path) { return FileBytes(path) == 0; }
 
 Finding DamagedFile(absl::string_view reason) { return {true, false, std::string(reason)}; }
 
@@ -67,8 +64,7 @@ absl::StatusOr<Finding> ExamineContent(Database& database) {
 
 absl::StatusOr<Finding> Examine(const std::string& path) {
   const bool has_log = !IsEmpty(path + "-wal");
-  std::error_code error;
-  if (!fs::exists(path, error)) {
+  if (!PathExists(path)) {
     if (!has_log && !HasBackup(path)) return Finding{};  // a new state folder
     return DamagedFile(absl::StrCat(path, ": is gone"));
   }
@@ -108,9 +104,8 @@ constexpr char kWaiting[] = ".new.";
 
 // Never over another file.
 std::string FreeName(const std::string& name) {
-  std::error_code error;
   std::string free = name;
-  for (int i = 2; fs::exists(free, error); ++i) free = absl::StrCat(name, ".", i);
+  for (int i = 2; PathExists(free); ++i) free = absl::StrCat(name, ".", i);
   return free;
 }
 

@@ -8,6 +8,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/catalogue/catalogue_rows.h"
@@ -224,7 +225,7 @@ absl::StatusOr<StoredCatalogue> SalvageFile(const std::string& path, const std::
     if (const absl::StatusOr<WalFile> wal = ReadWalFile(path + "-wal"); wal.ok()) {
       WEFT_RETURN_IF_ERROR(ApplyWal(*wal, scratch));
     }
-    if (!fs::exists(scratch, error) || fs::file_size(scratch, error) == 0) break;
+    if (FileBytes(scratch) == 0) break;
     StoredCatalogue found = ReadCopy(scratch, graft_version);
     const bool whole = found.damage.empty() && !found.jobs.empty();
     const size_t intact = CountIntact(found);

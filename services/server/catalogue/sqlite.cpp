@@ -2,12 +2,11 @@
 
 #include <sqlite3.h>
 
-#include <filesystem>
-
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 
 namespace weft {
@@ -227,8 +226,7 @@ absl::StatusOr<bool> DatabaseCopy::Step(int pages) {
 }
 
 void RemoveDatabase(const std::string& path) {
-  std::error_code ignored;
-  for (const char* ending : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path + ending, ignored);
+  for (const char* ending : {"", "-wal", "-shm", "-journal"}) RemoveFile(path + ending);
 }
 
 Transaction::~Transaction() {

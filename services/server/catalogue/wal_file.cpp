@@ -1,10 +1,10 @@
 #include "services/server/catalogue/wal_file.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 
 namespace weft {
 namespace {
@@ -65,9 +65,8 @@ Header ReadHeader(WalFile& wal) {
 
 absl::StatusOr<WalFile> ReadWalFile(const std::string& path) {
   WalFile wal;
-  std::error_code error;
-  const uintmax_t size = std::filesystem::file_size(path, error);
-  if (error || size <= kHeaderBytes) return wal;
+  const uint64_t size = FileBytes(path);
+  if (size <= kHeaderBytes) return wal;
   std::ifstream file(path, std::ios::binary);
   wal.bytes.resize(size);
   if (!file.read(wal.bytes.data(), static_cast<std::streamsize>(size)))

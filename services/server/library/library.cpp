@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/file/posix_file.h"
@@ -150,8 +151,7 @@ absl::StatusOr<Library::Listing> Library::List(v1::ItemKind kind) const {
 absl::StatusOr<v1::LibraryItem> Library::FindHeader(v1::ItemKind kind, const std::string& text) const {
   WEFT_RETURN_IF_ERROR(CheckItemKind(kind));
   WEFT_ASSIGN_OR_RETURN(const ItemReference reference, ParseItemReference(text));
-  std::error_code error;
-  if (!reference.id.empty() && fs::exists(ItemFolder(kind, reference.id), error)) {
+  if (!reference.id.empty() && PathExists(ItemFolder(kind, reference.id))) {
     return ReadItem(kind, reference.id);
   }
   Listing listing;
@@ -265,8 +265,7 @@ absl::StatusOr<v1::LibraryItem> Library::TakeIn(const v1::ItemUpload& upload, co
 absl::Status Library::RemoveItem(const v1::LibraryItem& item) {
   const std::string aside = absl::StrCat(state_folder_, "/uploads/deleted-", item.id(), "-", HostTime_ns());
   WEFT_RETURN_IF_ERROR(Rename(ItemFolder(item.kind(), item.id()), aside));
-  std::error_code ignored;
-  fs::remove_all(aside, ignored);
+  RemoveTree(aside);
   return absl::OkStatus();
 }
 

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/mutex.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -275,9 +276,8 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id, co
   // Content that no reader accepts never will be.
   if (!item.ok() && !absl::IsInvalidArgument(item.status())) return item;
   upload.finished = item.ok();
-  std::error_code ignored;
-  if (item.ok()) fs::remove(library_.ContentFolder(item->kind(), item->id()) + "/../upload.json", ignored);
-  fs::remove_all(upload.folder, ignored);
+  if (item.ok()) RemoveFile(library_.ContentFolder(item->kind(), item->id()) + "/../upload.json");
+  RemoveTree(upload.folder);
   uploads_.erase(upload_id);
   begun_.erase(upload_id);
   return item;

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -48,8 +49,7 @@ void Outbox::Load() {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(options_.folder, error)) {
     if (entry.path().extension() != kNoticeEnding) {
-      std::error_code ignored;
-      fs::remove(entry.path(), ignored);  // half-written by a process that was killed
+      RemoveFile(entry.path());  // half-written by a process that was killed
       continue;
     }
     struct stat info;

@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 #include <cstring>
-#include <filesystem>
 #include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/take_files.h"
 #include "services/formats/files/atomic_file.h"
@@ -132,8 +132,7 @@ absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
   } else {
     state.set_message("the recorder ended abnormally, before it recorded anything");
   }
-  std::error_code ignored;
-  std::filesystem::remove(files.room, ignored);
+  RemoveFile(files.room);
   // Where the disk is full the next look says the same.
   WriteJsonFile(files.state, state).IgnoreError();
   return view;

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/json_file.h"
@@ -63,10 +64,7 @@ void KeepRoom(const RecorderFiles& files) {
   std::ofstream(files.room) << std::string(kRoom_bytes, '.');
 }
 
-void GiveRoom(const RecorderFiles& files) {
-  std::error_code ignored;
-  std::filesystem::remove(files.room, ignored);
-}
+void GiveRoom(const RecorderFiles& files) { RemoveFile(files.room); }
 
 absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1::RecorderState& state) {
   const RecorderFiles files(folder);

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "capture/take/take_files.h"
@@ -77,8 +78,7 @@ bool HasWords(const std::string& words, const std::vector<std::string>& texts) {
 }
 
 absl::StatusOr<std::vector<FoundTake>> FindTakes(const std::string& folder, const std::string& words) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) return absl::NotFoundError(absl::StrCat(folder, ": no such folder"));
+  if (!IsFolder(folder)) return absl::NotFoundError(absl::StrCat(folder, ": no such folder"));
   std::vector<std::string> folders;
   AddTakesBelow(folder, kDepth, folders);
   std::ranges::sort(folders);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/check_take.h"
 #include "capture/take/recover_take.h"
@@ -200,10 +201,9 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
   options.sets_dropped = known.take.sets_dropped();
   for (int i = 0; i < known.take.cameras_size(); ++i)
     options.descriptions[known.take.cameras(i).id()] = StreamDescription(known.take, i);
-  std::error_code error;
-  if (!known.file.ok() && fs::exists(TakeJsonFile(folder), error)) options.keep.push_back("take.json");
+  if (!known.file.ok() && PathExists(TakeJsonFile(folder))) options.keep.push_back("take.json");
   const ClockRepair clocks = RepairOf(folder, known.take);
-  if (!clocks.damage.empty() && fs::exists(ClockLogFile(folder), error)) options.keep.push_back("clocks.csv");
+  if (!clocks.damage.empty() && PathExists(ClockLogFile(folder))) options.keep.push_back("clocks.csv");
   WEFT_ASSIGN_OR_RETURN(const TakeRecovery recovery, RecoverTake(folder, options));
   v1::TakeRecoveryReport report = ReportOf(folder, recovery, choice.dry_run);
   v1::Take take = known.take;

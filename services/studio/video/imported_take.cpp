@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/image/raw_frame.h"
 #include "capture/sync/ledger.h"
@@ -135,9 +136,8 @@ absl::Status WriteCameraStream(const ImportedTake& imported, size_t camera,
   }
   const v1::VideoFacts& video = imported.videos[camera];
   const std::string folder = StreamFolder(imported.folder);
-  std::error_code error;
-  fs::remove(StreamFile(folder, video.camera()), error);
-  fs::remove(IndexFile(folder, video.camera()), error);
+  RemoveFile(StreamFile(folder, video.camera()));
+  RemoveFile(IndexFile(folder, video.camera()));
   StreamHeader header;
   header.take = TakeNumber(imported.take);
   header.camera_id = video.camera();

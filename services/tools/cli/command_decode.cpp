@@ -17,6 +17,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "base/named_status.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/image/image_file.h"
@@ -67,8 +68,7 @@ struct DecodedFile {
 
 // Before the work of minutes, not after it.
 absl::Status CheckWritable(const std::string& file) {
-  std::error_code error;
-  if (fs::is_directory(file, error)) {
+  if (IsFolder(file)) {
     return absl::InvalidArgumentError(
         absl::StrCat(file, ": --out names a folder; give the name of a file in it"));
   }
@@ -120,8 +120,7 @@ void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeO
 std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& input, size_t i) {
   if (options.explain.empty()) return "";
   const std::string stem = fs::path(input.name).stem().string();
-  std::error_code error;
-  const bool is_dump = options.images.size() == 1 && fs::is_directory(options.images[0], error);
+  const bool is_dump = options.images.size() == 1 && IsFolder(options.images[0]);
   const std::string name = is_dump              ? absl::StrReplaceAll(input.name, {{"/", "_"}})
                            : input.name == stem ? input.name
                                                 : absl::StrCat(i + 1, "_", stem);

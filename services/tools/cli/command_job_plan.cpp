@@ -7,6 +7,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/command_option.h"
@@ -59,10 +60,7 @@ absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
   WEFT_RETURN_IF_ERROR(asked.request.Validate());
   const absl::StatusOr<std::string> scratch = MakeScratch(asked.scratch);
   if (!scratch.ok()) return scratch.status();
-  const absl::Cleanup remove = [&scratch] {
-    std::error_code ignored;
-    std::filesystem::remove_all(*scratch, ignored);
-  };
+  const absl::Cleanup remove = [&scratch] { RemoveTree(*scratch); };
   const StopOnSignal signals;
   PilotOptions options = asked.pilot;
   options.out = *scratch;

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/length_unit.h"
 #include "base/named_status.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
@@ -51,8 +52,7 @@ absl::StatusOr<ForeignRig> ReadColmap(const std::string& folder) {
   namespace fs = std::filesystem;
   const absl::StatusOr<std::string> cameras =
       ReadTextFile((fs::path(folder) / "cameras.txt").string(), kMaxTextBytes);
-  std::error_code error;
-  if (absl::IsNotFound(cameras.status()) && fs::exists(fs::path(folder) / "cameras.bin", error)) {
+  if (absl::IsNotFound(cameras.status()) && PathExists(fs::path(folder) / "cameras.bin")) {
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": is COLMAP's binary model; make text of it with `colmap model_converter ",
                      "--input_path ", folder, " --output_path TEXT --output_type TXT`"));

@@ -1,6 +1,5 @@
 // weft take describe, search: what takes are called on the set, and which ones have it in their words.
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/ground/process/command_option.h"
 #include "services/studio/recording/take_description.h"
@@ -65,10 +65,8 @@ absl::Status DescribeAtDaemon(const DescribeOptions& options) {
 absl::Status DescribeHere(const DescribeOptions& options) {
   if (!options.slate && !options.name && !options.notes)
     return absl::InvalidArgumentError("say something of the take: --slate, --name or --notes");
-  std::error_code ignored;
   // A daemon's takes go by their ids: a folder is meant here, also where WEFT_SERVER is set.
-  if (!options.server.empty() && !std::filesystem::is_directory(options.take, ignored))
-    return DescribeAtDaemon(options);
+  if (!options.server.empty() && !IsFolder(options.take)) return DescribeAtDaemon(options);
   if (absl::StartsWith(options.take, "take:"))
     return absl::InvalidArgumentError("take:ID is a take of a daemon: name it, --server HOST:PORT");
   WEFT_ASSIGN_OR_RETURN(const v1::Take take,

@@ -11,6 +11,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
 #include "services/ground/process/command_option.h"
@@ -141,9 +142,8 @@ absl::Status ImportFilms(const ImportCommandOptions& options, bool quiet) {
 }
 
 absl::Status Import(const ImportCommandOptions& options, bool quiet) {
-  std::error_code error;
-  const bool is_folder = options.sources.size() == 1 && options.cameras.empty() &&
-                         !std::filesystem::is_regular_file(options.sources.front(), error);
+  const bool is_folder =
+      options.sources.size() == 1 && options.cameras.empty() && !IsRegularFile(options.sources.front());
   if (!is_folder) return ImportFilms(options, quiet);
   const VideoImportOptions& video = options.video;
   if (!video.rig.empty() || !video.board.empty() || options.sync != "auto" || !options.offsets.empty())

@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/confinement/confinement.h"
@@ -58,8 +59,7 @@ class MadeFolders {
     return absl::OkStatus();
   }
   ~MadeFolders() {
-    std::error_code holds_something;
-    for (const std::string& folder : made_) fs::remove(folder, holds_something);
+    for (const std::string& folder : made_) RemoveFile(folder);
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "capture/image/mosaic.h"
@@ -39,12 +40,6 @@ absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::strin
 }
 
 // 0 where that is unknown.
-std::uintmax_t FileBytes(const std::string& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = fs::file_size(path, error);
-  return error ? 0 : bytes;
-}
-
 // The column `image` of a view: its camera, with its frame where there are several.
 std::string ViewName(const std::string& frame, const std::string& camera, const FrameRange& range) {
   return range.end - range.first == 1 ? camera : absl::StrCat(frame, "/", camera);
@@ -100,9 +95,7 @@ absl::StatusOr<DecodeInputs> FindDecodeInputs(const std::vector<std::string>& im
                                               const std::string& frames, const std::string& mosaic_name) {
   const auto mosaic = MosaicFromName(mosaic_name);
   if (!mosaic.ok()) return mosaic.status();
-  std::error_code error;
-  if (images.size() == 1 && fs::is_directory(images[0], error))
-    return ViewsOfDump(images[0], frames, *mosaic);
+  if (images.size() == 1 && IsFolder(images[0])) return ViewsOfDump(images[0], frames, *mosaic);
   if (!frames.empty()) return absl::InvalidArgumentError("--frames is for one take or one folder of images");
   WEFT_ASSIGN_OR_RETURN(const auto names, ImageNames(images));
   DecodeInputs found;

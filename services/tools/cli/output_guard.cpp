@@ -9,6 +9,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "services/formats/files/template_file.h"
 
 namespace weft {
@@ -35,8 +36,7 @@ void OutputGuard::AddTo(CLI::App& command) {
 }
 
 absl::Status OutputGuard::MayReplace(const std::string& file, const std::string& what) const {
-  std::error_code error;
-  if (force_ || !fs::exists(file, error)) return absl::OkStatus();
+  if (force_ || !PathExists(file)) return absl::OkStatus();
   const bool can_ask = isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
   if (can_ask && Agrees(file, what)) return absl::OkStatus();
   return absl::AlreadyExistsError(

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/formats/files/atomic_file.h"
@@ -31,8 +32,7 @@ class Probe {
   Probe(Probe&& other) noexcept : path_(std::move(other.path_)) { other.path_.clear(); }
   Probe& operator=(Probe&&) = delete;
   ~Probe() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove(path_, ignored);
+    if (!path_.empty()) RemoveFile(path_);
   }
 
   std::string name() const { return path_.filename().string(); }

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/named_status.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
@@ -100,8 +101,7 @@ absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& f
     sources.panel_labels = board.panels;
   }
   for (const std::string& path : files.sources) {
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error)) {
+    if (IsFolder(path)) {
       WEFT_RETURN_IF_ERROR(AddDump(path, files, board, options, quiet, stop, sources));
       continue;
     }

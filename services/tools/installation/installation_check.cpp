@@ -19,6 +19,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/access/access_list.h"
@@ -157,8 +158,7 @@ void InstallationCheck::ReadConfig() {
   }
   config_ = *std::move(config);
   Well("configuration", options_.config_file);
-  std::error_code ignored;
-  if (fs::is_directory(config_.state(), ignored)) state_ = config_.state();
+  if (IsFolder(config_.state())) state_ = config_.state();
 }
 
 void InstallationCheck::AskDaemon() {
@@ -189,8 +189,7 @@ void InstallationCheck::CheckDaemonInfo(const v1::ServerInfo& info, const std::s
     Warn("daemon's clock", absl::StrFormat("differs from this machine's by %.1f s", off_s),
          "run chrony on both machines");
   }
-  std::error_code ignored;
-  if (state_.empty() && fs::is_directory(info.state_folder(), ignored)) state_ = info.state_folder();
+  if (state_.empty() && IsFolder(info.state_folder())) state_ = info.state_folder();
 }
 
 void InstallationCheck::CheckState() {

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "nets/net_model.h"
@@ -59,8 +60,7 @@ absl::Status FlushFolder(const fs::path& folder) {
 
 // Puts `from` where `to` stands or nothing does; the folder that stood there is then at `from`.
 absl::Status PutInPlace(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  const unsigned flags = fs::exists(to, error) ? RENAME_EXCHANGE : RENAME_NOREPLACE;
+  const unsigned flags = PathExists(to) ? RENAME_EXCHANGE : RENAME_NOREPLACE;
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0) return absl::OkStatus();
   if (errno != EINVAL && errno != ENOSYS) return WriteError(to.string(), errno);
   // File systems without that exchange: for a moment nothing stands there.

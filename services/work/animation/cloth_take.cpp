@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/checksum.h"
 #include "services/formats/figure/body_file.h"
@@ -29,14 +30,9 @@ namespace fs = std::filesystem;
 
 constexpr double kUsualFps = 30;
 
-bool Exists(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error);
-}
-
 std::string TemplateIn(const fs::path& folder) {
   const fs::path garment = folder / "template";
-  return Exists(garment / "template.json") ? garment.string() : "";
+  return PathExists(garment / "template.json") ? garment.string() : "";
 }
 
 absl::StatusOr<std::string> HashOfTemplate(const std::string& folder) {
@@ -106,7 +102,7 @@ absl::StatusOr<ClothSource> OpenTruthMeshes(const std::string& folder, double fp
 bool IsRegistered(const std::string& folder, const std::string& frame) {
   v1::FrameReport report;
   const FramePaths paths(folder, frame);
-  if (!Exists(paths.Of(FrameFile::kMesh))) return false;
+  if (!PathExists(paths.Of(FrameFile::kMesh))) return false;
   if (!ReadJsonFile(paths.Of(FrameFile::kReport), report).ok()) return false;
   return report.state() == v1::FRAME_STATE_DONE || report.state() == v1::FRAME_STATE_DEGRADED;
 }
@@ -122,7 +118,7 @@ absl::StatusOr<ClothSource> OpenResults(const std::string& folder, double fps) {
   WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> frames, ListFrameFolders(folder, FrameFile::kReport));
   const TakeTimes times = TimesOfTake(job.spec().dump(), (fs::path(job.spec().dump()) / "truth").string());
   ClothSource out;
-  if (Exists(job.spec().garment())) out.garment = job.spec().garment();
+  if (PathExists(job.spec().garment())) out.garment = job.spec().garment();
   std::vector<std::string> paths, names;
   const auto end_run = [&] {
     if (paths.empty()) return;
@@ -145,13 +141,13 @@ absl::StatusOr<ClothSource> OpenResults(const std::string& folder, double fps) {
 
 absl::StatusOr<ClothSource> OpenAnySource(const std::string& folder, double fps) {
   const fs::path path(folder);
-  if (Exists(path / "dataset.json")) return OpenDataset(folder);
-  if (Exists(path / kJobFile)) return OpenResults(folder, fps);
-  if (Exists(path / "truth" / "frames.bin")) return OpenClothWithoutPictures(folder);
-  if (Exists(path / "truth" / "frames.bin.part"))
+  if (PathExists(path / "dataset.json")) return OpenDataset(folder);
+  if (PathExists(path / kJobFile)) return OpenResults(folder, fps);
+  if (PathExists(path / "truth" / "frames.bin")) return OpenClothWithoutPictures(folder);
+  if (PathExists(path / "truth" / "frames.bin.part"))
     return absl::FailedPreconditionError(
         absl::StrCat(folder, ": the take is not complete; the command that makes it goes on with it"));
-  if (Exists(path / "truth")) return OpenTruthMeshes(folder, fps);
+  if (PathExists(path / "truth")) return OpenTruthMeshes(folder, fps);
   return absl::NotFoundError(
       absl::StrCat(folder,
                    ": holds no meshes; give the results of `weft register`, a take of `weft simulate`, "

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/work/animation/net_samples.h"
 #include "services/work/animation/training_folder.h"
@@ -35,8 +36,7 @@ absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& re
                                    const std::stop_token& stop, v1::AvatarNetTraining* training) {
   const NetRequest& asked = *request.net;
   const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
-  std::error_code error;
-  if (!fs::exists(path(kSamplesFile), error)) {
+  if (!PathExists(path(kSamplesFile))) {
     NetSampleRequest samples;
     samples.training = request.training;
     samples.atlas = asked.atlas;
@@ -44,7 +44,7 @@ absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& re
     samples.out = path(kSamplesFile);
     WEFT_RETURN_IF_ERROR(MakeNetSamples(takes, samples, on_progress, stop));
   }
-  if (!fs::exists(path(kTrainingFile), error)) {
+  if (!PathExists(path(kTrainingFile))) {
     const NetTask task{NetKind::kCorrection, path(kSamplesFile),    folder,       asked.steps,
                        asked.hours,          request.training.seed, asked.threads};
     WEFT_RETURN_IF_ERROR(asked.trainer(task, stop));

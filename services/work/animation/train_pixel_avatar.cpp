@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/work/animation/graph_poses.h"
@@ -88,10 +89,7 @@ class PixelTraining {
 
  private:
   std::string Path(const char* file) const { return (fs::path(folder_) / file).string(); }
-  bool Exists(const char* file) const {
-    std::error_code error;
-    return fs::exists(Path(file), error);
-  }
+  bool Exists(const char* file) const { return PathExists(Path(file)); }
   std::function<void(double)> StageOf(const char* stage) const {
     return [this, stage](double share) {
       if (on_progress_) on_progress_(stage, share);

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <deque>
-#include <filesystem>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -269,8 +269,7 @@ void LocalExecutor::RemoveFinished() {
     const std::unique_ptr<Run> run = std::move(it->second);
     it = runs_.erase(it);
     run->child.reset();
-    std::error_code ignored;
-    std::filesystem::remove(absl::StrCat(options_.task_folder, "/", run->task.id(), ".json"), ignored);
+    RemoveFile(absl::StrCat(options_.task_folder, "/", run->task.id(), ".json"));
     {
       const MutexLock lock(mutex_);
       std::erase(taken_, run->task.id());

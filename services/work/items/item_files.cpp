@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/items/manifest.h"
@@ -56,9 +57,8 @@ absl::StatusOr<Names> NamesBelow(const fs::path& folder) {
 }
 
 absl::StatusOr<Names> ChooseNames(v1::ItemKind kind, const fs::path& path, fs::path* folder) {
-  std::error_code error;
-  if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path.string(), ": no such file"));
-  const bool is_folder = fs::is_directory(path, error);
+  if (!PathExists(path)) return absl::NotFoundError(absl::StrCat(path.string(), ": no such file"));
+  const bool is_folder = IsFolder(path);
   *folder = is_folder ? path : path.parent_path();
   if (kind == v1::ITEM_KIND_BOARD) {
     if (is_folder) return NamesOfBoard(path / "board.json");

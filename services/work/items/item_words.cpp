@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/enum_words.h"
@@ -52,8 +53,7 @@ std::string ItemNameOfPath(const std::string& path) {
   namespace fs = std::filesystem;
   fs::path named = fs::absolute(path).lexically_normal();
   if (!named.has_filename()) named = named.parent_path();
-  std::error_code error;
-  std::string name = (fs::is_directory(named, error) ? named.filename() : named.stem()).string();
+  std::string name = (IsFolder(named) ? named.filename() : named.stem()).string();
   name.resize(std::min(name.size(), kMaxItemNameBytes));
   for (char& c : name) c = IsNameCharacter(c) ? c : '-';
   if (name.empty() || !absl::ascii_isalnum(name.front())) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/frame_paths.h"
@@ -13,10 +14,7 @@
 namespace weft {
 namespace {
 
-std::string IfThere(std::string path) {
-  std::error_code error;
-  return std::filesystem::exists(path, error) ? std::move(path) : "";
-}
+std::string IfThere(std::string path) { return PathExists(path) ? std::move(path) : ""; }
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/work/spec/job_input.h"
@@ -31,8 +32,7 @@ absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
   for (const JobInput& input : InputsOf(spec)) {
     if (input.path.empty()) continue;
     const fs::path read = Resolved(input.path);
-    std::error_code error;
-    if (fs::is_directory(input.path, error) && LiesIn(out, read)) {
+    if (IsFolder(input.path) && LiesIn(out, read)) {
       return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ",
                                                      input.what, ", ", input.path,
                                                      ", which is only read; choose a folder outside of it"));

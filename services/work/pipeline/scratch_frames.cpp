@@ -12,6 +12,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
@@ -70,8 +71,7 @@ absl::StatusOr<std::unique_ptr<ScratchFrames>> ScratchFrames::Create(std::unique
   UniqueFd lock = OpenLock(absl::StrCat(folder, "/", kLockName), O_RDWR | O_CREAT);
   if (!lock.open() || flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     const int error = errno;
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
+    RemoveTree(folder);
     return WriteError(folder, error);
   }
   return std::unique_ptr<ScratchFrames>(
@@ -88,8 +88,7 @@ ScratchFrames::ScratchFrames(std::unique_ptr<FrameSource> shared, size_t cameras
 
 ScratchFrames::~ScratchFrames() {
   if (copied_ahead_.valid()) copied_ahead_.wait();
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  RemoveTree(folder_);
 }
 
 uint64_t ScratchFrames::bytes_held() const {

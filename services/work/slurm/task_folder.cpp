@@ -9,6 +9,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
@@ -19,11 +20,6 @@ namespace weft {
 namespace {
 
 constexpr uint64_t kMaxSetupBytes = uint64_t{1} << 20;
-
-void RemoveFile(const std::string& path) {
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
-}
 
 }  // namespace
 
@@ -89,8 +85,7 @@ std::string TaskFolder::LastWords(int index) const {
 void TaskFolder::Remove(int index) const {
   RemoveFile(TaskFile(index));
   RemoveFile(EventFile(index));
-  std::error_code error;
-  if (std::filesystem::file_size(LogFile(index), error) == 0 && !error) RemoveFile(LogFile(index));
+  if (FileBytes(LogFile(index)) == 0) RemoveFile(LogFile(index));
 }
 
 std::vector<std::pair<int, v1::Task>> TaskFolder::TasksLeft(int tasks) const {

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/server/rpc/error_detail.h"
@@ -133,8 +134,7 @@ absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, con
 absl::StatusOr<std::string> PathPolicy::CheckInputPath(const std::string& field,
                                                        const std::string& path) const {
   WEFT_ASSIGN_OR_RETURN(std::string canonical, Canonical(field, path));
-  std::error_code error;
-  if (!fs::exists(canonical, error)) {
+  if (!PathExists(canonical)) {
     return FieldError(absl::StatusCode::kNotFound,
                       {field, absl::StrCat(path, ": no such file on the daemon's machine"), "copy it there"});
   }
@@ -150,8 +150,7 @@ absl::StatusOr<std::string> PathPolicy::CheckOutput(const std::string& field, co
                       {field, absl::StrCat(path, " contains the daemon's own folder, ", state_folder_),
                        "choose another one"});
   }
-  std::error_code error;
-  if (fs::exists(canonical, error) && !fs::is_directory(canonical, error)) {
+  if (PathExists(canonical) && !IsFolder(canonical)) {
     return FieldError(absl::StatusCode::kInvalidArgument,
                       {field, absl::StrCat(path, " is a file"), "give a folder"});
   }

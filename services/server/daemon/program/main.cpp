@@ -12,6 +12,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/ground/process/command_option.h"
@@ -29,8 +30,7 @@ namespace {
 std::string ConsoleFiles() {
   for (const char* place : {"../share/weft/console", "../console/dist"}) {
     const std::filesystem::path folder = std::filesystem::path(weft::ProgramBeside(place)).lexically_normal();
-    std::error_code error;
-    if (std::filesystem::exists(folder / "index.html", error)) return folder.string();
+    if (PathExists(folder / "index.html")) return folder.string();
   }
   return "";
 }

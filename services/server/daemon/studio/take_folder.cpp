@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/path_facts.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/daemon/calls/request_check.h"
@@ -26,10 +27,7 @@ std::vector<std::string> TakesIn(const std::string& folder) {
   return ids;
 }
 
-bool TakeExists(const std::string& folder) {
-  std::error_code error;
-  return fs::is_directory(folder, error);
-}
+bool TakeExists(const std::string& folder) { return IsFolder(folder); }
 
 std::string EndToldFile(const std::string& folder) { return folder + "/end-told"; }
 

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/mutex.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
@@ -37,10 +38,7 @@ class RemovedFolder {
   explicit RemovedFolder(std::string folder) : folder_(std::move(folder)) {}
   RemovedFolder(const RemovedFolder&) = delete;
   RemovedFolder& operator=(const RemovedFolder&) = delete;
-  ~RemovedFolder() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
+  ~RemovedFolder() { RemoveTree(folder_); }
 
  private:
   const std::string folder_;
@@ -212,8 +210,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& as
     WEFT_RETURN_IF_ERROR(CreateFolders(folder));
     if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
         !status.ok()) {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);  // nothing was recorded
+      RemoveTree(folder);  // nothing was recorded
       return status;
     }
   }

@@ -4,10 +4,10 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
@@ -23,8 +23,6 @@
 
 namespace weft {
 namespace {
-
-namespace fs = std::filesystem;
 
 // When the folder was last moved or changed. 0: unknown.
 int64_t ChangedAt(const std::string& folder) {
@@ -56,8 +54,7 @@ absl::Status TakeStore::Adopt(const std::string& take_folder, const std::string&
   WEFT_ASSIGN_OR_RETURN(const v1::Take take, ReadTakeFile(take_folder));
   // Beside its folder, so that the last step is one rename.
   const std::string adopted = take_folder + ".adopted";
-  std::error_code error;
-  fs::remove_all(adopted, error);
+  RemoveTree(adopted);
   WEFT_RETURN_IF_ERROR(CreateFolders(adopted));
   const RecorderFiles files(adopted);
   v1::RecorderState state;
