@@ -5,14 +5,12 @@
 
 namespace weft {
 
-namespace fs = std::filesystem;
-
 int64_t UnixTime_ns(const timespec& time) { return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec; }
 
 uint64_t BytesBelow(const std::string& folder) {
   uint64_t bytes = 0;
   std::error_code error;
-  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+  for (std::filesystem::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code fault;
     const uintmax_t size = entry->is_regular_file(fault) ? entry->file_size(fault) : 0;

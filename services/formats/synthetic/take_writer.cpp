@@ -5,7 +5,6 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <utility>
 #include <vector>
 
@@ -19,8 +18,6 @@
 
 namespace weft {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Tally {
   // Counts of the scoreable cells by pitch; a long take has hundreds of millions.

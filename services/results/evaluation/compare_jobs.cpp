@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <set>
 #include <utility>
@@ -21,8 +20,6 @@
 
 namespace weft {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 

@@ -22,8 +22,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 void NoteOtherFrames(const v1::Job& job, size_t reports, std::vector<std::string>& notes) {
   const v1::FrameCounts& counts = job.frames();
   const int64_t finished = int64_t{counts.done()} + counts.degraded() + counts.failed();
@@ -176,7 +174,8 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
   WEFT_ASSIGN_OR_RETURN(const JobReportParts parts, ReadJobReportParts(out_folder, job));
   // Through the open folder: a link that takes its place is not followed.
-  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder, ConfinedFolder::Open(fs::absolute(out_folder).string()));
+  WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder,
+                        ConfinedFolder::Open(std::filesystem::absolute(out_folder).string()));
   return folder.InWords(WriteFileAtomically(folder.At(kJobReportFile),
                                             MakeJobReport(job, parts.frames, parts.pictures, parts.notes,
                                                           parts.sequence ? &*parts.sequence : nullptr)));

@@ -17,8 +17,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int64_t kMaxGap = 1'000'000;  // keys that are tried one by one between two damaged pages
 
 bool HasEnded(v1::JobState state) { return state != v1::JOB_STATE_QUEUED && state != v1::JOB_STATE_RUNNING; }
@@ -216,7 +214,7 @@ absl::StatusOr<StoredCatalogue> SalvageFile(const std::string& path, const std::
   for (const int64_t graft_version : {int64_t{0}, kSchemaVersion, kFirstSchemaVersion}) {
     RemoveDatabase(scratch);
     std::error_code error;
-    fs::copy_file(path, scratch, error);
+    std::filesystem::copy_file(path, scratch, error);
     if (error == std::errc::no_space_on_device) {
       return absl::ResourceExhaustedError(absl::StrCat(
           path,

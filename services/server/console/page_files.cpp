@@ -14,8 +14,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr size_t kMostBytes = size_t{32} << 20;
 constexpr size_t kWorthCompressing = 512;
 constexpr size_t kTagDigits = 16;
@@ -60,7 +58,7 @@ absl::StatusOr<std::map<std::string, PageFile>> LoadPageFiles(const std::string&
   std::map<std::string, PageFile> files;
   size_t bytes = 0;
   std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, error)) {
     if (!entry.is_regular_file()) continue;
     WEFT_ASSIGN_OR_RETURN(std::string content, ReadWholeFile(entry.path().string(), kMostBytes));
     bytes += content.size();

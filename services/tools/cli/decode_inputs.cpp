@@ -22,8 +22,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 // The column `image`: the file name without folder and ending, or the paths where that is not unique.
 absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::string>& paths) {
   std::set<std::string> different(paths.begin(), paths.end());
@@ -34,7 +32,7 @@ absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::strin
     return absl::InvalidArgumentError(absl::StrCat("the image ", *twice, " is given twice; give it once"));
   }
   std::vector<std::string> stems;
-  for (const std::string& path : paths) stems.push_back(fs::path(path).stem().string());
+  for (const std::string& path : paths) stems.push_back(std::filesystem::path(path).stem().string());
   const std::set<std::string> different_stems(stems.begin(), stems.end());
   return different_stems.size() == paths.size() ? stems : paths;
 }

@@ -27,8 +27,6 @@
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
-
 absl::Status NoSuchTake(const std::string& id) {
   return absl::NotFoundError(absl::StrCat("no take \"", id, "\"; `weft take list` shows the takes"));
 }
@@ -126,7 +124,7 @@ void TakeStore::CloseDead(std::set<std::string>& known) {
 
 absl::Status TakeStore::TellEnd(const v1::RecordedTake& take) const {
   const std::string mark = EndToldFile(FolderOf(take.id()));
-  if (fs::exists(mark)) return absl::OkStatus();
+  if (std::filesystem::exists(mark)) return absl::OkStatus();
   const v1::TakeKeeping& keeping = take.keeping();
   if (!keeping.slate().empty() || !keeping.name().empty() || !keeping.notes().empty()) DescribeInTake(take);
   WEFT_RETURN_IF_ERROR(options_.on_end(take));
