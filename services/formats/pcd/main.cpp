@@ -24,7 +24,7 @@
 #include "services/formats/pcd/pcl_convert.h"
 #include "services/formats/pcd/pcl_filter.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/memory_limit.h"
+#include "services/ground/process/process_limits.h"
 
 namespace {
 

@@ -14,7 +14,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/file_size.h"
+#include "services/ground/process/process_limits.h"
 #include "services/studio/recorder/recorder_files.h"
 #include "services/studio/recorder/run_recorder.h"
 

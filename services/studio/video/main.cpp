@@ -17,7 +17,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/memory_limit.h"
+#include "services/ground/process/process_limits.h"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/confinement/confinement.h"
 #include "services/ground/process/exit_status.h"
-#include "services/ground/process/memory_limit.h"
+#include "services/ground/process/process_limits.h"
 
 namespace weft {
 namespace {

@@ -20,8 +20,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
-#include "services/ground/process/descriptor_limit.h"
 #include "services/ground/process/freed_memory.h"
+#include "services/ground/process/process_limits.h"
 #include "services/ground/process/thread_priority.h"
 #include "services/server/rpc/message_limit.h"
 

@@ -14,7 +14,7 @@
 #include "base/mutex.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
-#include "services/ground/process/descriptor_limit.h"
+#include "services/ground/process/process_limits.h"
 #include "services/ground/process/service_manager.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/server/daemon/program/watchdog.h"

@@ -1,14 +1,31 @@
-#include "services/ground/process/memory_limit.h"
+#include "services/ground/process/process_limits.h"
 
+#include <signal.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 
 namespace weft {
+
+int64_t DescriptorLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
+  return static_cast<int64_t>(std::min<rlim_t>(limit.rlim_cur, std::numeric_limits<int64_t>::max()));
+}
+
+int64_t RaiseDescriptorLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
+    limit.rlim_cur = limit.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  return DescriptorLimit();
+}
 
 absl::Status LimitMemory(int64_t mib) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -25,5 +42,7 @@ absl::Status LimitMemory(int64_t mib) {
   return absl::InternalError(
       absl::StrCat("the memory cannot be limited to ", mib, " MiB (", std::strerror(errno), ")"));
 }
+
+void FailBeyondFileSize() { signal(SIGXFSZ, SIG_IGN); }
 
 }  // namespace weft
