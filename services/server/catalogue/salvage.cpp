@@ -236,7 +236,7 @@ absl::StatusOr<StoredCatalogue> SalvageFile(const std::string& path, const std::
 int Complete(StoredCatalogue& stored, const StoredCatalogue& other) {
   std::erase_if(stored.jobs, [&other](const auto& entry) {
     const bool intact = entry.second.job || std::ranges::any_of(entry.second.frames, [](const auto& frame) {
-                          return frame.second.info;
+                          return frame.second.info.has_value();
                         });
     return !intact && !other.jobs.contains(entry.first);
   });

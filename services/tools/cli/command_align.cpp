@@ -232,7 +232,7 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
       "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json\n"
       "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
   auto options = std::make_shared<AlignCommandOptions>();
-  command->add_option("CLOUD", options->cloud, "The cloud: a PLY or PCD file")->required()->type_name("");
+  AddRequired(*command, "CLOUD", options->cloud, "The cloud: a PLY or PCD file");
   AddRequired(*command, "--template DIR", options->garment, "Folder that `weft template import` wrote");
   AddRequired(*command, "--out FILE", options->out, "The mesh.ply to write");
   AddOption(*command, "--preset NAME", options->preset,

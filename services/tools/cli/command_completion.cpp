@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/completion.h"
 
 namespace weft {
@@ -14,10 +15,7 @@ void AddCompletionCommand(CLI::App& app, CommandLine& line) {
                                  "  weft completion zsh > ~/.zfunc/_weft\n"
                                  "  source <(weft completion bash)");
   const auto shell = std::make_shared<std::string>();
-  command->add_option("SHELL", *shell, "bash or zsh")
-      ->required()
-      ->type_name("")
-      ->check(OneOf({"bash", "zsh"}));
+  AddRequired(*command, "SHELL", *shell, "bash or zsh")->check(OneOf({"bash", "zsh"}));
   command->callback([&app, &line, shell] {
     line.run = [&app, shell] {
       std::fputs((*shell == "zsh" ? ZshCompletion(app) : BashCompletion(app)).c_str(), stdout);

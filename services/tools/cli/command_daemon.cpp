@@ -1,10 +1,12 @@
 // weft daemon: what an administrator does with a daemon that runs.
 #include <cstdio>
+#include <functional>
 #include <memory>
-#include <optional>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 #include "base/status_macros.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/tools/cli/commands.h"
@@ -39,26 +41,8 @@ struct RetentionCommandOptions {
   std::string server;
   bool dry_run = false;
   bool json = false;
-  double ahead_days = 0;
-  // None: as in force.
-  std::optional<double> keep_takes_days, keep_trash_days, keep_jobs_days, takes_quota_gib, least_free_gib,
-      least_trash_hours, keep_uploads_days, keep_notices_days;
+  v1::RehearseRetentionRequest request;  // a rule that it lacks is as in force
 };
-
-v1::RehearseRetentionRequest RehearsalRequest(const RetentionCommandOptions& options) {
-  v1::RehearseRetentionRequest request;
-  v1::RetentionRules& rules = *request.mutable_rules();
-  if (options.keep_takes_days) rules.set_keep_takes_days(*options.keep_takes_days);
-  if (options.keep_trash_days) rules.set_keep_trash_days(*options.keep_trash_days);
-  if (options.keep_jobs_days) rules.set_keep_jobs_days(*options.keep_jobs_days);
-  if (options.takes_quota_gib) rules.set_takes_quota_gib(*options.takes_quota_gib);
-  if (options.least_free_gib) rules.set_least_free_gib(*options.least_free_gib);
-  if (options.least_trash_hours) rules.set_least_trash_hours(*options.least_trash_hours);
-  if (options.keep_uploads_days) rules.set_keep_uploads_days(*options.keep_uploads_days);
-  if (options.keep_notices_days) rules.set_keep_notices_days(*options.keep_notices_days);
-  request.set_ahead_days(options.ahead_days);
-  return request;
-}
 
 std::string UnlessZero(double value, const std::string& words, const std::string& otherwise) {
   return value > 0 ? absl::StrFormat("%g %s", value, words) : otherwise;
@@ -95,8 +79,7 @@ void PrintStep(const v1::RetentionStep& step, const std::string& when) {
 
 absl::Status RunRetention(const RetentionCommandOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
-  WEFT_ASSIGN_OR_RETURN(const auto rehearsal,
-                        ServerClient(*connection).RehearseRetention(RehearsalRequest(options)));
+  WEFT_ASSIGN_OR_RETURN(const auto rehearsal, ServerClient(*connection).RehearseRetention(options.request));
   if (options.json) return PrintJsonMessage(rehearsal);
   PrintRules(rehearsal.rules());
   std::printf("days count while the daemon runs: it has seen %.2f\n", rehearsal.seen_days());
@@ -125,21 +108,24 @@ void AddRetention(CLI::App& group, CommandLine& line) {
   AddServerOption(*retention, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
   CLI::Option* dry_run = retention->add_flag("--dry-run", options->dry_run, "Show what would go");
   retention->add_flag("--json", options->json, "Print all of it as JSON (weft.v1.RetentionRehearsal)");
-  const auto add = [&](const char* name, auto& value, const char* unit, const char* what) {
-    retention->add_option(name, value, what)
-        ->type_name(unit)
+  const auto add = [&](const std::string& name, const std::string& what,
+                       const std::function<void(double)>& set) {
+    retention->add_option_function<double>(name, set, what)
+        ->type_name(absl::AsciiStrToUpper(name.substr(name.rfind('-') + 1)))
         ->check(CLI::Range(0.0, 36500.0))
         ->needs(dry_run);
   };
-  add("--ahead-days", options->ahead_days, "DAYS", "Also what will go within so many days");
-  add("--keep-takes-days", options->keep_takes_days, "DAYS", "As if the daemon had this rule");
-  add("--keep-trash-days", options->keep_trash_days, "DAYS", "The same");
-  add("--keep-jobs-days", options->keep_jobs_days, "DAYS", "The same");
-  add("--takes-quota-gib", options->takes_quota_gib, "GIB", "The same");
-  add("--least-free-gib", options->least_free_gib, "GIB", "The same");
-  add("--least-trash-hours", options->least_trash_hours, "HOURS", "The same");
-  add("--keep-uploads-days", options->keep_uploads_days, "DAYS", "The same");
-  add("--keep-notices-days", options->keep_notices_days, "DAYS", "The same");
+  add("--ahead-days", "Also what will go within so many days",
+      [options](double days) { options->request.set_ahead_days(days); });
+  v1::RetentionRules& rules = *options->request.mutable_rules();
+  for (int i = 0; i < rules.GetDescriptor()->field_count(); ++i) {
+    const google::protobuf::FieldDescriptor* rule = rules.GetDescriptor()->field(i);
+    add(absl::StrCat("--", absl::StrReplaceAll(rule->name(), {{"_", "-"}})),
+        i == 0 ? "As if the daemon had this rule" : "The same", [options, rule](double value) {
+          v1::RetentionRules& asked = *options->request.mutable_rules();
+          asked.GetReflection()->SetDouble(&asked, rule, value);
+        });
+  }
   RunWith(*retention, line, options, RunRetention);
 }
 

@@ -308,9 +308,7 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       "  weft decode take --frames 120 --board board.json --out observations.csv\n"
       "  weft decode raw.png --mosaic bayer_rg8 --board board.json --out raw.csv --explain pictures");
   auto options = std::make_shared<DecodeCommandOptions>();
-  command->add_option("IMAGE", options->images, "PNG, JPEG or TIFF images; or a take or folder of images")
-      ->required()
-      ->type_name("");
+  AddRequired(*command, "IMAGE", options->images, "PNG, JPEG or TIFF images; or a take or folder of images");
   AddFramesOption(*command, options->frames,
                   "Which frames of a take or folder of images, with all their cameras", "--frame");
   AddRequired(*command, "--board BOARD", options->board, "board.json or board.png of the cloth");

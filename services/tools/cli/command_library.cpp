@@ -116,21 +116,15 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
   CLI::App* command = AddCommand(library, what.name, what.description, what.example);
   auto options = std::make_shared<LibraryOptions>();
   AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  CLI::Option* kind =
-      command->add_option("KIND", options->kind, "rig, board, template, dump or avatar")->type_name("");
+  CLI::Option* kind = AddOption(*command, "KIND", options->kind, "rig, board, template, dump or avatar");
   if (!(what.arguments & kLibraryAnyKind)) kind->required();
   if (what.arguments & kLibraryPath) {
-    command
-        ->add_option("PATH", options->path,
-                     "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar")
-        ->required()
-        ->type_name("");
+    AddRequired(*command, "PATH", options->path,
+                "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar");
     AddOption(*command, "--name NAME", options->name, "Name in the library; that of PATH without it");
   }
   if (what.arguments & kLibraryItem) {
-    command->add_option("ITEM", options->item, "NAME (its newest version), NAME@VERSION or sha256:HEX")
-        ->required()
-        ->type_name("");
+    AddRequired(*command, "ITEM", options->item, "NAME (its newest version), NAME@VERSION or sha256:HEX");
   }
   if (what.arguments & kLibraryOut) {
     AddOption(*command, "--out DIR", options->out, "Copy the files to this folder, made where it is missing");

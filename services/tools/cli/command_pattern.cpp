@@ -204,9 +204,8 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
       "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
       "  weft pattern check shirt_board --json\n  weft pattern check shirt_board skirt_board");
   auto options = std::make_shared<BoardCheckOptions>();
-  check->add_option("BOARD", options->boards, "board.json, or an image with one pixel per cell; one or more")
-      ->required()
-      ->type_name("");
+  AddRequired(*check, "BOARD", options->boards,
+              "board.json, or an image with one pixel per cell; one or more");
   AddOption(*check, "--limit N", options->limit, "The most clashes to list", CLI::PositiveNumber);
   AddOption(*check, "--samples N", options->report.samples,
             "Windows per size whose nearest other one is searched for", CLI::PositiveNumber);
@@ -222,9 +221,7 @@ void AddJoin(CLI::App& pattern, CommandLine& line) {
       "in one pass: DIR/board.json and its images. `weft template join` does the same for their templates.",
       "  weft pattern join shirt_board skirt_board --out outfit_board");
   auto options = std::make_shared<JoinOptions>();
-  join->add_option("BOARD", options->boards, "Two boards or more, in their order from top to bottom")
-      ->required()
-      ->type_name("");
+  AddRequired(*join, "BOARD", options->boards, "Two boards or more, in their order from top to bottom");
   AddRequired(*join, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*join);
   RunWith(*join, line, options, Join);

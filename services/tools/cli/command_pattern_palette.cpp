@@ -134,9 +134,7 @@ void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
                  "  weft pattern palette cloth.png --board shirt_board --picture inks.png\n"
                  "  weft pattern palette head.jpg --swatches 212 340 1544 361");
   auto options = std::make_shared<PaletteCommandOptions>();
-  palette->add_option("PHOTO", options->photo, "A photograph of the print, not white-balanced by pieces")
-      ->required()
-      ->type_name("");
+  AddRequired(*palette, "PHOTO", options->photo, "A photograph of the print, not white-balanced by pieces");
   AddOption(*palette, "--board BOARD", options->board, "The board that it shows: its cells are the samples");
   palette
       ->add_option("--swatches", options->swatches,

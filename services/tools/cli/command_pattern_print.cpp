@@ -91,9 +91,7 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
       "--page-height-mm 1200\n"
       "  weft pattern print shirt_board --panels panels.png --seam-allowance-mm 12 --out panels.svg");
   auto options = std::make_shared<PrintCommandOptions>();
-  print->add_option("BOARD", options->board, "board.json, its folder, or an image with one pixel per cell")
-      ->required()
-      ->type_name("");
+  AddRequired(*print, "BOARD", options->board, "board.json, its folder, or an image with one pixel per cell");
   AddRequired(*print, "--out FILE", options->out,
               "FILE.pdf (all pages), FILE.svg or FILE.tif (one file per page)");
   AddOption(*print, "--cell-mm MM", options->cell_mm,

@@ -18,8 +18,6 @@
 #include "services/formats/files/text_file.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
-#include "services/tools/cli/command_rig_exchange.h"
-#include "services/tools/cli/command_rig_refine.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
 

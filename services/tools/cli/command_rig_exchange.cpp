@@ -1,5 +1,4 @@
-#include "services/tools/cli/command_rig_exchange.h"
-
+// weft rig exchange: another camera, or its lens, in the place of one.
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "capture/rig/exchange_cameras.h"
 #include "services/formats/files/rig_file.h"
 #include "services/ground/process/command_option.h"
+#include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
 
 namespace weft {

@@ -1,5 +1,4 @@
-#include "services/tools/cli/command_rig_refine.h"
-
+// weft rig refine: a rig as its takes show it.
 #include <tbb/task_arena.h>
 
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/command_option.h"
 #include "services/studio/calibration/refine_rig.h"
+#include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/output_guard.h"
 #include "services/tools/cli/print_verdict.h"

@@ -42,9 +42,7 @@ void AddSplitCommand(CLI::App& app, CommandLine& line) {
       "its own template, which weft evaluate, export and the Blender add-on read like any other.",
       "  weft split result --out garments\n  weft evaluate garments/shirt");
   auto options = std::make_shared<SplitOptions>();
-  command->add_option("RESULT", options->result, "The --out folder of weft register")
-      ->required()
-      ->type_name("");
+  AddRequired(*command, "RESULT", options->result, "The --out folder of weft register");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   RunWith(*command, line, options, Split);
 }

@@ -82,7 +82,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   const auto options = std::make_shared<TakeCommandOptions>();
   const auto add = [&](const char* name, const char* description, const char* example) {
     CLI::App* command = AddCommand(*take, name, description, example);
-    command->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
+    AddRequired(*command, "TAKE", options->take, "Folder of the take");
     command->add_flag("--json", options->json, "Print JSON");
     return command;
   };
@@ -120,7 +120,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
 
   CLI::App* disk = AddCommand(*take, "test-disk", "Measure how fast a disk takes frames, before a take does.",
                               "  weft take test-disk /data/takes");
-  disk->add_option("DIR", options->take, "A folder on the disk")->required()->type_name("");
+  AddRequired(*disk, "DIR", options->take, "A folder on the disk");
   AddOption(*disk, "--size-gib GIB", options->size_gib, "How much to write", CLI::Range(0.01, 1024.0));
   RunWith(*disk, line, options, RunDiskTest);
 }

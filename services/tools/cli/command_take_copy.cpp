@@ -91,7 +91,7 @@ void AddCompress(CLI::App& command, CopyCommandOptions& options) {
 void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<CopyCommandOptions>();
   const auto add = [&](CLI::App& command, const char* source, const char* about, const char* out) {
-    command.add_option(source, options->source, about)->required()->type_name("");
+    AddRequired(command, source, options->source, about);
     AddRequired(command, "--out DIR", options->out, out);
     command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   };

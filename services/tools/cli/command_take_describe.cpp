@@ -101,9 +101,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
       "`list` and `search`, reports and the console show it.",
       "  weft take describe take --slate \"12A take 3\" --name walk --notes \"left sleeve is wet\"\n"
       "  weft take describe take:20260131-104500-1a2b3c4d --slate 12B --server 127.0.0.1:7411");
-  describe->add_option("TAKE", described->take, "Folder of the take; with --server, its id")
-      ->required()
-      ->type_name("");
+  AddRequired(*describe, "TAKE", described->take, "Folder of the take; with --server, its id");
   // CLI11 takes an empty text for an option that is not given, and it is one: the text goes away.
   const auto add_text = [&](const char* name, std::optional<std::string>& text, const char* about) {
     describe
@@ -124,7 +122,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
                  "List the takes in a folder in whose slate, name, notes, id, timecode, origin or path all "
                  "words stand, whatever their case. A daemon's: `weft take list --search`.",
                  "  weft take search 12A walk --in /data/takes");
-  search->add_option("WORDS", searched->words, "None: all takes")->type_name("");
+  AddOption(*search, "WORDS", searched->words, "None: all takes");
   AddOption(*search, "--in DIR", searched->folder, "A folder with takes in it, or in its folders");
   search->add_flag("--json", searched->json, "Print take.json of each (weft.v1.Take)");
   RunWith(*search, line, searched, SearchHere);

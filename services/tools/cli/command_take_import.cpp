@@ -186,11 +186,9 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
       "  weft take import dump --out take --fps 30\n"
       "  weft take import cam1.mp4 cam2.mp4 --rig rig.json --board board.json --out take\n"
       "  weft take import --camera left=GX01.MP4 --camera right=GX02.MP4 --sync timecode --out take");
-  command
-      ->add_option("SOURCE", options->sources,
-                   "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or "
-                   "<camera>/<frame>.png where names tell, or videos named like their cameras")
-      ->type_name("");
+  AddOption(*command, "SOURCE", options->sources,
+            "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or <camera>/<frame>.png "
+            "where names tell, or videos named like their cameras");
   AddRequired(*command, "--out DIR", options->out, "Folder of the new take");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   command->add_flag("--compress", options->compress,

@@ -110,7 +110,7 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
                  "  weft take replay take --step          (Enter: the next frame set; q: the end)\n"
                  "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
                  "  weft take replay take --preview look --board board.json --template shirt");
-  replay->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
+  AddRequired(*replay, "TAKE", options->take, "Folder of the take");
   CLI::Option* speed =
       AddOption(*replay, "--speed X", options->speed, "Times the recorded speed", CLI::PositiveNumber);
   CLI::Option* fastest = replay->add_flag("--fastest", options->fastest, "As fast as frames can be read");

@@ -44,7 +44,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
                  "their clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings "
                  "name what to do. Exit status 1 when the verdict is bad.",
                  "  weft take sync take --report sync.html");
-  sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
+  AddRequired(*sync, "TAKE", options->take, "Folder of the take");
   AddOption(*sync, "--report FILE", options->report, "Write a page with plots over the take");
   sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");
   RunWith(*sync, line, options, Sync);

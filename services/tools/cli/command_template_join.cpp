@@ -66,11 +66,8 @@ void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
                  "  weft pattern join skirt_board shirt_board --out outfit_board\n"
                  "  weft template join skirt shirt --board outfit_board --out outfit");
   auto options = std::make_shared<TemplateJoinOptions>();
-  command
-      ->add_option("TEMPLATE", options->templates,
-                   "Folders of two templates or more, from the innermost garment to the outermost")
-      ->required()
-      ->type_name("");
+  AddRequired(*command, "TEMPLATE", options->templates,
+              "Folders of two templates or more, from the innermost garment to the outermost");
   AddRequired(*command, "--board BOARD", options->board, "The joint board of `weft pattern join`");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
