@@ -153,14 +153,14 @@ class AlignmentModel {
   const TriangleMesh& rest() const { return rest_; }
   const MeshGraph& graph() const { return graph_; }
   const SlicedMesh& slices() const { return slices_; }
-  const std::vector<TemplateGarment>& garments() const { return garments_; }
+  const std::vector<GarmentSpan>& garments() const { return garments_; }
   double mean_edge_mm() const { return mean_edge_mm_; }
 
  private:
   TriangleMesh rest_;
   MeshGraph graph_;
   SlicedMesh slices_;
-  std::vector<TemplateGarment> garments_;
+  std::vector<GarmentSpan> garments_;
   double mean_edge_mm_ = 0;
 };
 

@@ -25,14 +25,14 @@ absl::Status LayerOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<GarmentLayers> GarmentLayers::Build(const std::vector<TemplateGarment>& garments,
+absl::StatusOr<GarmentLayers> GarmentLayers::Build(const std::vector<GarmentSpan>& garments,
                                                    const std::vector<Face>& faces,
                                                    const std::vector<Eigen::Vector3d>& position_mm) {
   GarmentLayers layers;
   layers.garments_ = garments;
   layers.position_mm_ = position_mm;
   layers.normals_ = VertexNormals(position_mm, faces);
-  for (const TemplateGarment& garment : garments) {
+  for (const GarmentSpan& garment : garments) {
     const auto first = faces.begin() + garment.first_face;
     layers.faces_.emplace_back(first, first + garment.faces);
     WEFT_ASSIGN_OR_RETURN(RayScene scene, RayScene::Build(position_mm, layers.faces_.back()));
@@ -54,7 +54,7 @@ std::optional<GarmentLayers::Crossing> GarmentLayers::Meets(int vertex, int sign
 }
 
 int GarmentLayers::VotesOver(int over, int under, const std::vector<bool>& hidden, double reach_mm) const {
-  const TemplateGarment& garment = garments_[over];
+  const GarmentSpan& garment = garments_[over];
   int votes = 0;
   for (int v = garment.first_vertex; v < garment.first_vertex + garment.vertices; ++v) {
     if (hidden[v]) continue;
@@ -91,7 +91,7 @@ std::vector<GarmentPair> GarmentLayers::Order(const std::vector<bool>& hidden,
 int GarmentLayers::DrawGarment(int garment, int other, int sign, const std::vector<bool>& hidden,
                                const LayerOptions& options, ElasticProblem* problem) const {
   int drawn = 0;
-  const TemplateGarment& own = garments_[garment];
+  const GarmentSpan& own = garments_[garment];
   for (int v = own.first_vertex; v < own.first_vertex + own.vertices; ++v) {
     if (!hidden[v]) continue;
     const std::optional<Crossing> crossing = Meets(v, sign, other, hidden, options.reach_mm);

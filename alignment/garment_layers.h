@@ -37,8 +37,8 @@ struct GarmentPair {
 // of threads.
 class GarmentLayers {
  public:
-  // The garments must have passed CheckTemplateGarments. Errors: of RayScene::Build.
-  static absl::StatusOr<GarmentLayers> Build(const std::vector<TemplateGarment>& garments,
+  // The garments must have passed CheckGarmentSpans. Errors: of RayScene::Build.
+  static absl::StatusOr<GarmentLayers> Build(const std::vector<GarmentSpan>& garments,
                                              const std::vector<Face>& faces,
                                              const std::vector<Eigen::Vector3d>& position_mm);
 
@@ -66,7 +66,7 @@ class GarmentLayers {
   int DrawGarment(int garment, int other, int sign, const std::vector<bool>& hidden,
                   const LayerOptions& options, ElasticProblem* problem) const;
 
-  std::vector<TemplateGarment> garments_;
+  std::vector<GarmentSpan> garments_;
   std::vector<std::vector<Face>> faces_;  // [garments]
   std::vector<RayScene> scenes_;          // [garments]
   std::vector<Eigen::Vector3d> position_mm_, normals_;

@@ -89,13 +89,13 @@ absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Te
     }
     AddParts(parts[i], row, vertex, &out.parts);
   }
-  WEFT_RETURN_IF_ERROR(CheckTemplateGarments(out.garment));
+  WEFT_RETURN_IF_ERROR(CheckGarmentSpans(out.garment));
   return out;
 }
 
-TriangleMesh MeshOfGarment(const Template& joint, int garment,
+TriangleMesh MeshOfGarment(const GarmentMesh& joint, int garment,
                            const std::vector<Eigen::Vector3d>& vertices_mm) {
-  const TemplateGarment& one = joint.garments[static_cast<size_t>(garment)];
+  const GarmentSpan& one = joint.garments[static_cast<size_t>(garment)];
   TriangleMesh mesh;
   const auto first = vertices_mm.begin() + one.first_vertex;
   mesh.vertices_mm.assign(first, first + one.vertices);
@@ -107,7 +107,7 @@ TriangleMesh MeshOfGarment(const Template& joint, int garment,
   return mesh;
 }
 
-RegisteredMesh PartOfMesh(const TemplateGarment& garment, const RegisteredMesh& joint) {
+RegisteredMesh PartOfMesh(const GarmentSpan& garment, const RegisteredMesh& joint) {
   const auto slice = [&](const auto& all) {
     using Slice = std::remove_cvref_t<decltype(all)>;
     if (all.empty()) return Slice();

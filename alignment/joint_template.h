@@ -24,9 +24,9 @@ absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Te
                                             const std::vector<GarmentParts>& parts, const Board& joint);
 
 // A garment of a joint template, or of a mesh of it: its own vertices and faces. The index must be valid.
-TriangleMesh MeshOfGarment(const Template& joint, int garment,
+TriangleMesh MeshOfGarment(const GarmentMesh& joint, int garment,
                            const std::vector<Eigen::Vector3d>& vertices_mm);
-RegisteredMesh PartOfMesh(const TemplateGarment& garment, const RegisteredMesh& joint);
+RegisteredMesh PartOfMesh(const GarmentSpan& garment, const RegisteredMesh& joint);
 
 // The rows of a board that a garment has nodes in: they tell its nodes from those of other garments.
 class GarmentRows {

@@ -15,7 +15,7 @@ std::vector<GarmentFaces> GarmentsOf(const Template& garment) {
   const std::span<const Face> all = garment.rest.faces;
   if (garment.garments.empty()) return {{"", all}};
   std::vector<GarmentFaces> out;
-  for (const TemplateGarment& one : garment.garments)
+  for (const GarmentSpan& one : garment.garments)
     out.push_back({one.id, all.subspan(static_cast<size_t>(one.first_face), static_cast<size_t>(one.faces))});
   return out;
 }

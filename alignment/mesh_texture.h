@@ -2,22 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <vector>
 
+#include "alignment/garment_mesh.h"
 #include "alignment/garment_parts.h"
 #include "alignment/template.h"
 
 namespace weft {
-
-// u to the right and v upwards, 0 to 1. A vertex on a seam has one place on each panel, so faces may need
-// coordinates of their own.
-struct MeshTexture {
-  std::vector<Eigen::Vector2f> of_vertex;                 // [vertices]; empty: no texture
-  std::vector<std::array<Eigen::Vector2f, 3>> of_corner;  // [faces]; empty where of_vertex serves all faces
-
-  bool empty() const { return of_vertex.empty(); }
-};
 
 // The whole board as the texture: its picture (board.png) fits the mesh. `rows` and `cols` are the board's.
 MeshTexture BoardTexture(const Template& garment, int rows, int cols);

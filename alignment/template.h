@@ -2,13 +2,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <compare>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "alignment/garment_mesh.h"
 #include "alignment/mesh.h"
 #include "pattern/board/board.h"
 #include "pattern/observation.h"
@@ -32,22 +33,15 @@ struct VertexNode {
   }
 };
 
-// One of several garments of a joint template (joint_template.h): contiguous vertices and faces.
-struct TemplateGarment {
-  std::string id;
-  int first_vertex = 0, vertices = 0;
-  int first_face = 0, faces = 0;
-
-  auto operator<=>(const TemplateGarment&) const = default;
+// The board that a garment was sewn from, and where on it each vertex lies: what only a printed board gives.
+struct BoardMap {
+  std::string board_hash;                  // Board::ContentHash
+  std::vector<VertexNode> node_of_vertex;  // [vertices]
 };
 
-struct Template {
-  std::string id;
-  std::string board_hash;  // Board::ContentHash of the board that the garment was sewn from
-  TriangleMesh rest;
-  std::vector<VertexNode> node_of_vertex;  // [vertices]
-  std::vector<TemplateGarment> garments;   // from the innermost to the outermost; empty: one garment
-
+// A garment's mesh with its map of the board: what registration needs. Alignment and decoding read both;
+// whatever takes a GarmentMesh does not depend on the board.
+struct Template : GarmentMesh, BoardMap {
   // 16 hex digits over mesh, map and board hash.
   std::string ContentHash() const;
 };
@@ -61,18 +55,12 @@ absl::StatusOr<std::vector<VertexNode>> ParseVertexMap(std::string_view text, No
 // in both, or says that their lengths differ.
 absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<VertexNode>* nodes);
 
-// What ImportTemplate asks of the mesh alone, and of the map for a mesh with that many vertices.
-// InvalidArgument names the first face or vertex that does not fit; the map's line of vertex v is v + 1.
-absl::Status CheckTemplateMesh(const TriangleMesh& mesh);
+// What ImportTemplate asks of the map of a mesh with that many vertices. InvalidArgument names the first
+// vertex that does not fit; the map's line of vertex v is v + 1.
 absl::Status CheckVertexNodes(const std::vector<VertexNode>& nodes, size_t vertices, const Board& board);
 
-// Garments follow each other, and their faces join vertices of their own; names differ. InvalidArgument names
-// the first that does not fit. A template without any passes.
-absl::Status CheckTemplateGarments(const Template& garment);
-
 // Checks that mesh, map and board agree: one entry per vertex, nodes on the board and used once, at least
-// one cell. Faces have valid and distinct indices, vertices are finite, and no edge has more than two
-// faces. InvalidArgument names the first vertex or face that does not fit.
+// one cell. Errors also of CheckGarmentMesh. InvalidArgument names the first vertex or face that does not fit.
 absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board);
 

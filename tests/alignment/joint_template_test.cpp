@@ -48,8 +48,8 @@ TEST_F(JoinTemplatesTest, EachGarmentKeepsItsMeshAndItsCells) {
   ASSERT_TRUE(joint.ok()) << joint.status();
   const Template& garment = joint->garment;
   ASSERT_EQ(garment.garments.size(), 2);
-  EXPECT_EQ(garment.garments[0], (TemplateGarment{"skirt", 0, 240, 0, 2 * 11 * 19}));
-  EXPECT_EQ(garment.garments[1], (TemplateGarment{"shirt", 240, 140, 2 * 11 * 19, 2 * 9 * 13}));
+  EXPECT_EQ(garment.garments[0], (GarmentSpan{"skirt", 0, 240, 0, 2 * 11 * 19}));
+  EXPECT_EQ(garment.garments[1], (GarmentSpan{"shirt", 240, 140, 2 * 11 * 19, 2 * 9 * 13}));
   // The nodes name the same colours on the joint board as on their own ones.
   for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
     const VertexNode& node = garment.node_of_vertex[v];
@@ -70,7 +70,7 @@ TEST_F(JoinTemplatesTest, EachGarmentKeepsItsMeshAndItsCells) {
   EXPECT_FALSE(of_skirt_alone.Contains({12, 3}));
   EXPECT_TRUE(of_skirt_alone.Contains({12, 3, NodeKind::kCorner}));
   EXPECT_FALSE(of_skirt_alone.Contains({13, 3, NodeKind::kCorner}));
-  EXPECT_TRUE(CheckTemplateMesh(garment.rest).ok());
+  EXPECT_TRUE(CheckGarmentMesh(garment.rest).ok());
   EXPECT_TRUE(CheckVertexNodes(garment.node_of_vertex, garment.node_of_vertex.size(), joint_board_).ok());
 }
 
@@ -97,11 +97,11 @@ TEST_F(JoinTemplatesTest, GarmentsMustCoverTheMesh) {
   garment.garments[0].id = "kilt";
   EXPECT_NE(garment.ContentHash(), hash);
   garment.garments[1].vertices = 139;
-  EXPECT_THAT(CheckTemplateGarments(garment).message(), HasSubstr("of another garment"));
+  EXPECT_THAT(CheckGarmentSpans(garment).message(), HasSubstr("of another garment"));
   garment.garments.pop_back();
-  EXPECT_THAT(CheckTemplateGarments(garment).message(), HasSubstr("the mesh has 380"));
+  EXPECT_THAT(CheckGarmentSpans(garment).message(), HasSubstr("the mesh has 380"));
   garment.garments[0].first_vertex = 1;
-  EXPECT_THAT(CheckTemplateGarments(garment).message(), HasSubstr("begins at vertex 1"));
+  EXPECT_THAT(CheckGarmentSpans(garment).message(), HasSubstr("begins at vertex 1"));
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ class GarmentOfNode {
   explicit GarmentOfNode(const Film& film)
       : board_(film.board), garment_of_part_(film.board.parts.size(), -1) {
     for (size_t g = 0; g < film.garments.garments.size(); ++g) {
-      const TemplateGarment& garment = film.garments.garments[g];
+      const GarmentSpan& garment = film.garments.garments[g];
       for (int v = garment.first_vertex; v < garment.first_vertex + garment.vertices; ++v) {
         const VertexNode& node = film.garments.node_of_vertex[v];
         const int part = node.row < 0 ? -1 : board_.PartAt(node.row);
@@ -214,7 +214,7 @@ class OutfitScore {
 
   int GarmentOfFace(int face) const {
     for (size_t g = 0; g < joint_.garments.size(); ++g) {
-      const TemplateGarment& garment = joint_.garments[g];
+      const GarmentSpan& garment = joint_.garments[g];
       if (face >= garment.first_face && face < garment.first_face + garment.faces) return static_cast<int>(g);
     }
     return -1;
@@ -250,7 +250,7 @@ class OutfitScore {
     }
   }
 
-  static void AddVertices(const FilmFrame& joint, const FilmFrame& alone, const TemplateGarment& garment,
+  static void AddVertices(const FilmFrame& joint, const FilmFrame& alone, const GarmentSpan& garment,
                           GarmentTally* tally) {
     const std::vector<bool> a = WellSeenVertices(joint.truth, nullptr),
                             b = WellSeenVertices(alone.truth, nullptr);

@@ -191,7 +191,7 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
   garment.node_of_vertex = std::move(nodes);
   for (const v1::TemplateGarment& one : proto.garments())
     garment.garments.push_back({one.id(), one.first_vertex(), one.vertices(), one.first_face(), one.faces()});
-  if (absl::Status status = CheckTemplateGarments(garment); !status.ok())
+  if (absl::Status status = CheckGarmentSpans(garment); !status.ok())
     return absl::InvalidArgumentError(absl::StrCat(json, ": ", status.message()));
   if (proto.has_hash() && proto.hash() != garment.ContentHash()) {
     return absl::InvalidArgumentError(absl::StrCat(json, ": the field hash says ", proto.hash(),
@@ -247,7 +247,7 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
   proto.set_cells("cells.txt");
   if (corners) proto.set_corners("corners.txt");
   PartsToProto(parts, &proto);
-  for (const TemplateGarment& one : garment.garments) {
+  for (const GarmentSpan& one : garment.garments) {
     v1::TemplateGarment* out = proto.add_garments();
     out->set_id(one.id);
     out->set_first_vertex(one.first_vertex);

@@ -122,7 +122,7 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const Board board, ReadBoard(options.board));
   WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, ReadMeshInMm(options));
   WEFT_ASSIGN_OR_RETURN(std::vector<VertexNode> nodes, ReadMaps(options));
-  absl::Status status = Naming(options.mesh, CheckTemplateMesh(mesh));
+  absl::Status status = Naming(options.mesh, CheckGarmentMesh(mesh));
   status.Update(Naming(absl::StrCat(MapNames(options), " with ", options.mesh),
                        CheckVertexNodes(nodes, mesh.vertices_mm.size(), board)));
   if (!status.ok()) return status;

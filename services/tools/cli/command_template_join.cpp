@@ -49,7 +49,7 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
   std::printf("%s/template.json: %zu vertices, %zu faces, hash %s\n", options.out.c_str(),
               joint.garment.rest.vertices_mm.size(), joint.garment.rest.faces.size(),
               joint.garment.ContentHash().c_str());
-  for (const TemplateGarment& one : joint.garment.garments)
+  for (const GarmentSpan& one : joint.garment.garments)
     std::printf("  vertices %d to %d: %s\n", one.first_vertex, one.first_vertex + one.vertices - 1,
                 one.id.c_str());
   return absl::OkStatus();

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 // A garment of the joint template as a template of the joint board.
 Template TemplateOf(const Template& joint, int garment) {
-  const TemplateGarment& one = joint.garments[static_cast<size_t>(garment)];
+  const GarmentSpan& one = joint.garments[static_cast<size_t>(garment)];
   Template out;
   out.id = one.id;
   out.board_hash = joint.board_hash;
@@ -35,7 +35,7 @@ Template TemplateOf(const Template& joint, int garment) {
 }
 
 absl::Status CheckNames(const Template& joint) {
-  for (const TemplateGarment& one : joint.garments)
+  for (const GarmentSpan& one : joint.garments)
     if (one.id == "." || one.id == ".." || one.id.find('/') != std::string::npos)
       return absl::InvalidArgumentError(absl::StrCat("the template ", joint.id, " calls a garment \"", one.id,
                                                      "\", which is no name of a folder; join it again"));
@@ -158,7 +158,7 @@ class GarmentSplitter {
 
   std::string result_;
   v1::Job job_;
-  TemplateGarment place_;
+  GarmentSpan place_;
   Template garment_;
   std::string out_;
   GarmentRows rows_;

@@ -18,7 +18,7 @@ namespace {
 // saw is a guess, and to look for its cells finds none but wrong ones. Empty: all have one.
 std::vector<bool> Placed(const SecondPassInputs& pass) {
   std::vector<bool> placed;
-  for (const TemplateGarment& garment : pass.inputs.garment.garments) {
+  for (const GarmentSpan& garment : pass.inputs.garment.garments) {
     const auto first = pass.mesh.views.begin() + garment.first_vertex;
     const auto measured = std::count_if(first, first + garment.vertices, [](int views) { return views > 0; });
     const double least = LeastTargets(garment.vertices, AlignOptions().min_target_share);

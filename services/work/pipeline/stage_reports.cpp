@@ -24,7 +24,7 @@ void AddReasons(const std::map<std::string, int>& counts,
 }
 
 v1::GarmentReport CountVertices(const RegisteredMesh& mesh, const Template& garment,
-                                const TemplateGarment& counted) {
+                                const GarmentSpan& counted) {
   v1::GarmentReport report;
   report.set_id(counted.id);
   report.set_vertices(counted.vertices);
@@ -138,7 +138,7 @@ void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshR
   report.set_two_view(all.two_view());
   report.set_coverage(all.coverage());
   report.set_median_observed_sigma_mm(all.median_observed_sigma_mm());
-  for (const TemplateGarment& one : garment.garments)
+  for (const GarmentSpan& one : garment.garments)
     *report.add_garments() = CountVertices(mesh, garment, one);
 }
 
