@@ -60,7 +60,8 @@ absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<Ver
 absl::Status CheckVertexNodes(const std::vector<VertexNode>& nodes, size_t vertices, const Board& board);
 
 // Checks that mesh, map and board agree: one entry per vertex, nodes on the board and used once, at least
-// one cell. Errors also of CheckGarmentMesh. InvalidArgument names the first vertex or face that does not fit.
+// one cell. Errors also of CheckGarmentMesh. InvalidArgument names the first vertex or face that does not
+// fit.
 absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board);
 

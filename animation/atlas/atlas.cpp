@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
-#include "alignment/template_build/chart_packing.h"
+#include "animation/atlas/chart_layout.h"
 #include "base/status_macros.h"
 
 namespace weft {
@@ -21,48 +20,6 @@ constexpr int kWidestSeam = 3;
 constexpr double kOtherSideCells = 3.5;
 // Texels around a border that say which way the panel lies.
 constexpr double kInwardTexels = 2.5;
-
-// Which panel each vertex is of: those that neighbour each other on the board and in the mesh. -1: no node.
-std::vector<int> PanelsOf(const Template& garment, const MeshGraph& graph, int* panels) {
-  std::vector<int> parent(graph.vertices);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  const std::vector<VertexNode>& nodes = garment.node_of_vertex;
-  for (const MeshEdge& edge : graph.edges) {
-    if (nodes[edge.a].row < 0 || nodes[edge.b].row < 0) continue;
-    const Eigen::Vector2d way = nodes[edge.a].PlaceInCells() - nodes[edge.b].PlaceInCells();
-    if (way.cwiseAbs().maxCoeff() > 1.01) continue;
-    const int a = root(edge.a), b = root(edge.b);
-    parent[std::max(a, b)] = std::min(a, b);
-  }
-  std::vector<int> out(graph.vertices, -1), number(graph.vertices, -1);
-  *panels = 0;
-  for (int v = 0; v < graph.vertices; ++v) {
-    if (nodes[v].row < 0) continue;
-    int& n = number[root(v)];
-    if (n < 0) n = (*panels)++;
-    out[v] = n;
-  }
-  return out;
-}
-
-// A place within a box of texels after quarter turns clockwise; centres of texels have whole coordinates.
-Eigen::Vector2d Turned(const Eigen::Vector2d& col_row, const TemplatePanel& panel) {
-  const double rows = panel.last_row, cols = panel.last_col, col = col_row.x(), row = col_row.y();
-  switch (panel.quarter_turns) {
-    case 1:
-      return {rows - row, col};
-    case 2:
-      return {cols - col, rows - row};
-    case 3:
-      return {row, cols - col};
-    default:
-      return col_row;
-  }
-}
 
 // Weights of the vertices around another that give it what is linear in space, as well as they can; of those
 // the smallest, in which near vertices may be larger.
@@ -92,47 +49,11 @@ std::vector<double> LinearWeights(const std::vector<Eigen::Vector3d>& at_mm, int
   return out;
 }
 
-// Lays the panels out in the image, as if texels were cells. `place_of` gets each vertex's place within its
-// panel before the panel is turned, in texels whose centres have whole coordinates.
-GarmentParts PackPanels(const Template& garment, const std::vector<int>& panel_of_vertex, int panels,
-                        const AtlasOptions& options, std::vector<Eigen::Vector2d>& place_of) {
-  const int vertices = static_cast<int>(panel_of_vertex.size());
-  const double texel_cells = 1 << options.level;
-  // From the panel's first row and column.
-  std::vector<Eigen::Vector2d> first(panels, {1e9, 1e9});
-  for (int v = 0; v < vertices; ++v)
-    if (const int p = panel_of_vertex[v]; p >= 0) {
-      const Eigen::Vector2d place = garment.node_of_vertex[v].PlaceInCells();
-      first[p] = first[p].cwiseMin(Eigen::Vector2d(std::floor(place.x()), std::floor(place.y())));
-    }
-  place_of.assign(vertices, Eigen::Vector2d::Zero());
-  GarmentParts parts;
-  parts.panels.resize(panels);
-  std::map<std::pair<int, std::pair<int, int>>, int> texels;  // panel, row, column
-  for (int v = 0; v < vertices; ++v) {
-    const int p = panel_of_vertex[v];
-    if (p < 0) continue;
-    const Eigen::Vector2d place = (garment.node_of_vertex[v].PlaceInCells() - first[p]) / texel_cells;
-    const int row = static_cast<int>(place.y()), col = static_cast<int>(place.x());
-    texels[{p, {row, col}}] = 0;
-    parts.panels[p].last_row = std::max(parts.panels[p].last_row, row);
-    parts.panels[p].last_col = std::max(parts.panels[p].last_col, col);
-    place_of[v] = place - Eigen::Vector2d(0.5, 0.5);
-  }
-  PanelSheet sheet;
-  sheet.panels = panels;
-  for (const auto& [key, unused] : texels) {
-    sheet.panel_of_vertex.push_back(key.first);
-    sheet.cell_of_vertex.push_back({key.second.first, key.second.second, NodeKind::kCenter});
-  }
-  PackCharts(sheet, 1, 2 * options.gutter, &parts);
-  return parts;
-}
-
-// The vertex beyond the seam at a vertex: the nearest node that is reached without crossing the panel; -1:
-// none.
-int VertexBeyondSeam(const Template& garment, const MeshGraph& graph, const std::vector<int>& panel_of_vertex,
-                     int v) {
+// The vertex beyond the seam at a seat: the nearest one of a chart that is reached without crossing the
+// panel; -1: none.
+int VertexBeyondSeam(const GarmentMesh& garment, const MeshGraph& graph, const ClothCharts& charts,
+                     const ChartSeat& seat) {
+  const int v = seat.vertex;
   std::vector<int> ring = {v}, visited = {v};
   int best = -1;
   double best_mm = std::numeric_limits<double>::infinity();
@@ -142,13 +63,12 @@ int VertexBeyondSeam(const Template& garment, const MeshGraph& graph, const std:
       for (int i = graph.first[at]; i < graph.first[at + 1]; ++i) {
         const int other = graph.neighbor[i];
         if (std::find(visited.begin(), visited.end(), other) != visited.end()) continue;
-        if (panel_of_vertex[other] < 0) {
+        if (charts.of_vertex[other] < 0) {
           visited.push_back(other), next.push_back(other);
           continue;
         }
-        const double cells =
-            (garment.node_of_vertex[other].PlaceInCells() - garment.node_of_vertex[v].PlaceInCells()).norm();
-        if (panel_of_vertex[other] == panel_of_vertex[v] && cells < kOtherSideCells) continue;
+        const double cells = (charts.vertex_cells[other] - seat.cells).norm();
+        if (charts.of_vertex[other] == seat.panel && cells < kOtherSideCells) continue;
         const double mm = (garment.rest.vertices_mm[other] - garment.rest.vertices_mm[v]).norm();
         if (mm < best_mm) best = other, best_mm = mm;
       }
@@ -208,64 +128,58 @@ absl::Status AtlasOptions::Validate() const {
   return absl::OkStatus();
 }
 
-// Where vertices lie in the image: centres of texels have whole coordinates.
+// Where vertices lie in the image.
 struct Atlas::Layout {
-  MeshGraph graph;
-  std::vector<int> panel_of_vertex;    // -1: none
-  std::vector<Eigen::Vector2d> place;  // column and row
-  std::vector<int> panel_of_texel;     // -1: none
-  std::vector<std::vector<int>> vertices_of_texel;
+  const ClothCharts& charts;
+  const MeshGraph graph;
+  const ChartLayout packed;
+  std::vector<int> panel_of_texel = {};                            // -1: none
+  std::vector<std::vector<const ChartSeat*>> seats_of_texel = {};  // in packed.seats
 };
 
-absl::StatusOr<Atlas> Atlas::Build(const Template& garment, const AtlasOptions& options) {
+absl::StatusOr<Atlas> Atlas::Build(const GarmentMesh& garment, const ClothCharts& charts,
+                                   const AtlasOptions& options) {
   WEFT_RETURN_IF_ERROR(options.Validate());
   Atlas out;
-  Layout layout;
-  layout.graph = BuildMeshGraph(garment.rest);
-  layout.panel_of_vertex = PanelsOf(garment, layout.graph, &out.panels_);
-  const int vertices = layout.graph.vertices;
-  const GarmentParts parts = PackPanels(garment, layout.panel_of_vertex, out.panels_, options, layout.place);
-  // The square that they were packed into ends where they end.
-  for (const TemplatePanel& panel : parts.panels) {
-    const bool upright = panel.quarter_turns % 2 == 0;
-    const int rows = 1 + (upright ? panel.last_row : panel.last_col);
-    const int cols = 1 + (upright ? panel.last_col : panel.last_row);
-    out.width_ = std::max(out.width_, RoundUp(panel.texture_col + cols + options.gutter, options.multiple));
-    out.height_ = std::max(out.height_, RoundUp(panel.texture_row + rows + options.gutter, options.multiple));
-  }
+  Layout layout = {charts, BuildMeshGraph(garment.rest),
+                   LayOutCharts(garment, charts, 1 << options.level, options.gutter)};
+  out.panels_ = charts.charts;
+  out.width_ = RoundUp(layout.packed.cols, options.multiple);
+  out.height_ = RoundUp(layout.packed.rows, options.multiple);
+  if (int64_t{out.width_} * out.height_ > kMostTexels)
+    return absl::InvalidArgumentError(
+        absl::StrCat("atlas: is ", out.width_, " x ", out.height_, " texels large; choose a higher level"));
   out.kinds_.assign(static_cast<size_t>(out.width_) * static_cast<size_t>(out.height_), TexelKind::kEmpty);
   layout.panel_of_texel.assign(out.kinds_.size(), -1);
-  layout.vertices_of_texel.resize(out.kinds_.size());
-  out.texel_of_vertex_.assign(vertices, -1);
-  for (int v = 0; v < vertices; ++v) {
-    const int p = layout.panel_of_vertex[v];
-    if (p < 0) continue;
-    // Of a corner on a texel's border, the texel after it.
-    const TemplatePanel& panel = parts.panels[p];
-    const Eigen::Vector2d box(panel.texture_col, panel.texture_row);
-    const Eigen::Vector2d whole =
-        layout.place[v].array().unaryExpr([](double x) { return std::floor(x + 0.5); });
-    const Eigen::Vector2d texel = box + Turned(whole, panel);
-    layout.place[v] = box + Turned(layout.place[v], panel);
-    const int at = static_cast<int>(texel.y()) * out.width_ + static_cast<int>(texel.x());
-    out.texel_of_vertex_[v] = at;
+  layout.seats_of_texel.resize(out.kinds_.size());
+  out.texel_of_vertex_.assign(layout.graph.vertices, -1);
+  const auto take = [&](int panel, const Eigen::Vector2i& texel) {
+    const int at = texel.y() * out.width_ + texel.x();
     out.kinds_[at] = TexelKind::kPanel;
-    layout.panel_of_texel[at] = p;
-    layout.vertices_of_texel[at].push_back(v);
+    layout.panel_of_texel[at] = panel;
+    return at;
+  };
+  for (const ChartSeat& seat : layout.packed.seats) {
+    const int at = take(seat.panel, seat.texel);
+    if (int& own = out.texel_of_vertex_[seat.vertex]; own < 0) own = at;
+    out.seats_.emplace_back(seat.vertex, at);
+    layout.seats_of_texel[at].push_back(&seat);
   }
+  for (const ChartFill& fill : layout.packed.fills)
+    out.fills_.emplace_back(take(fill.panel, fill.texel), fill.weights);
   out.FindGutter(garment, layout, options);
   out.FindSources(garment, layout);
   return out;
 }
 
-void Atlas::FindSources(const Template& garment, const Layout& layout) {
+void Atlas::FindSources(const GarmentMesh& garment, const Layout& layout) {
   const MeshGraph& graph = layout.graph;
   of_vertex_.resize(graph.vertices);
   std::vector<int> ring;
-  for (int v = 0; v < graph.vertices; ++v) {
-    const int p = layout.panel_of_vertex[v];
-    if (p < 0) continue;
-    const Eigen::Vector2d& at = layout.place[v];
+  for (const ChartSeat& seat : layout.packed.seats) {
+    const int v = seat.vertex, p = seat.panel;
+    if (!of_vertex_[v].empty()) continue;  // it is beyond a seam, too
+    const Eigen::Vector2d& at = seat.place;
     const int col = static_cast<int>(std::floor(at.x() + 1e-9)),
               row = static_cast<int>(std::floor(at.y() + 1e-9));
     float sum = 0;
@@ -299,7 +213,7 @@ void Atlas::FindSources(const Template& garment, const Layout& layout) {
   }
 }
 
-void Atlas::FindGutter(const Template& garment, const Layout& layout, const AtlasOptions& options) {
+void Atlas::FindGutter(const GarmentMesh& garment, const Layout& layout, const AtlasOptions& options) {
   const TexelGrid grid = {width_, height_};
   // The texel beyond the seam at a panel's texel, and the way from it into its panel.
   struct Partner {
@@ -308,8 +222,8 @@ void Atlas::FindGutter(const Template& garment, const Layout& layout, const Atla
   };
   const auto partner_of = [&](int texel) {
     Partner out;
-    for (const int v : layout.vertices_of_texel[texel]) {
-      const int other = VertexBeyondSeam(garment, layout.graph, layout.panel_of_vertex, v);
+    for (const ChartSeat* const seat : layout.seats_of_texel[texel]) {
+      const int other = VertexBeyondSeam(garment, layout.graph, layout.charts, *seat);
       if (other < 0) continue;
       out.texel = texel_of_vertex_[other];
       break;
@@ -354,15 +268,18 @@ AtlasImage Atlas::Gather(std::span<const float> per_vertex, int channels) const 
   const size_t plane = out.PlaneSize();
   out.values.assign(plane * static_cast<size_t>(channels), 0);
   std::vector<int> count(plane, 0);
-  for (size_t v = 0; v < texel_of_vertex_.size(); ++v) {
-    const int texel = texel_of_vertex_[v];
-    if (texel < 0) continue;
+  for (const auto& [vertex, texel] : seats_) {
+    const auto v = static_cast<size_t>(vertex);
     ++count[texel];
     for (int c = 0; c < channels; ++c) out.values[c * plane + texel] += per_vertex[v * channels + c];
   }
   for (int c = 0; c < channels; ++c)
     for (size_t t = 0; t < plane; ++t)
       if (count[t] > 1) out.values[c * plane + t] /= static_cast<float>(count[t]);
+  for (const auto& [texel, weights] : fills_)
+    for (int c = 0; c < channels; ++c)
+      for (const auto& [v, weight] : weights)
+        out.values[c * plane + texel] += weight * per_vertex[static_cast<size_t>(v) * channels + c];
   FillGutter(&out);
   return out;
 }

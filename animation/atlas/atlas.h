@@ -1,7 +1,7 @@
-// The garment's panels as one image, as they lie on the board: what is known of vertices becomes an image,
-// and back.
+// The charts of a garment's cloth as one image: what is known of vertices becomes an image, and back.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -9,7 +9,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "alignment/template.h"
+#include "alignment/garment_mesh.h"
+#include "animation/atlas/cloth_charts.h"
 
 namespace weft {
 
@@ -35,21 +36,24 @@ enum class TexelKind : uint8_t {
   kBorder,  // beside a panel, repeats its border
 };
 
-// Built once per template. Panels are groups of board nodes that hang together in the mesh; a template
-// without seams is one panel. Vectors must be in axes that do not turn from panel to panel (those of the mesh
-// at rest), since what lies beyond a seam is shown without a rotation.
+// Built once per garment. Its panels are the charts of the cloth; a garment without seams is one panel.
+// Vectors must be in axes that do not turn from panel to panel (those of the mesh at rest), since what lies
+// beyond a seam is shown without a rotation.
 class Atlas {
  public:
-  // InvalidArgument for options that are not valid. A template has at least one node.
-  static absl::StatusOr<Atlas> Build(const Template& garment, const AtlasOptions& options);
+  // `charts` are those of the garment. InvalidArgument: options that are not valid, charts that need more
+  // than kMostTexels.
+  static absl::StatusOr<Atlas> Build(const GarmentMesh& garment, const ClothCharts& charts,
+                                     const AtlasOptions& options);
+  static constexpr int64_t kMostTexels = int64_t{1} << 26;
 
   int width() const { return width_; }
   int height() const { return height_; }
   int panels() const { return panels_; }
   const std::vector<TexelKind>& kinds() const { return kinds_; }  // [height][width]
 
-  // `per_vertex` is [vertices][channels]. A panel's texel is the mean of its vertices; seams and borders are
-  // filled in, the rest is 0.
+  // `per_vertex` is [vertices][channels]. A panel's texel is the mean of its vertices, or where it has none
+  // what its face has there; seams and borders are filled in, the rest is 0.
   AtlasImage Gather(std::span<const float> per_vertex, int channels) const;
   // Interpolates linearly between texels of panels, and of what is sewn to them; what the image has beside
   // panels does not matter. Vertices without a node take what goes on linearly from those around them.
@@ -64,12 +68,15 @@ class Atlas {
     float weight = 0;
   };
   struct Layout;
-  void FindSources(const Template& garment, const Layout& layout);
-  void FindGutter(const Template& garment, const Layout& layout, const AtlasOptions& options);
+  void FindSources(const GarmentMesh& garment, const Layout& layout);
+  void FindGutter(const GarmentMesh& garment, const Layout& layout, const AtlasOptions& options);
 
   int width_ = 0, height_ = 0, panels_ = 0;
   std::vector<TexelKind> kinds_;
-  std::vector<int> texel_of_vertex_;                           // [vertices], -1: none
+  std::vector<int> texel_of_vertex_;        // [vertices], the first; -1: none
+  std::vector<std::pair<int, int>> seats_;  // vertex, texel
+  // Texels between vertices, with those of their face and their weights.
+  std::vector<std::pair<int, std::array<std::pair<int, float>, 3>>> fills_;
   std::vector<std::vector<Weighted>> of_vertex_;               // [vertices], what Scatter reads
   std::vector<std::pair<int, std::vector<Weighted>>> gutter_;  // texel, what it shows
 };

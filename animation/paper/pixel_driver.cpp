@@ -59,7 +59,7 @@ absl::StatusOr<PixelDriver> PixelDriver::Create(const Template& garment, PixelAv
   WEFT_ASSIGN_OR_RETURN(DeformationGraph graph,
                         BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), avatar.graph));
   if (status = avatar.prior.Validate(graph.nodes()); !status.ok()) return status;
-  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, avatar.net.atlas));
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, ChartsOnBoard(garment), avatar.net.atlas));
   WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, kPixelAnswers));
   auto state = std::make_unique<State>(State{std::move(avatar), std::move(graph), NodeVertices(garment),
                                              std::move(atlas), std::move(net), std::nullopt});

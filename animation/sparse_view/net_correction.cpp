@@ -51,7 +51,7 @@ absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image, int answers) {
 
 absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, const AlignmentModel& model,
                                                     const SparseViewAvatar& avatar) {
-  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, avatar.net.atlas));
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, ChartsOnBoard(garment), avatar.net.atlas));
   WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, kDrivingAnswers));
   return NetCorrection(model, avatar, std::move(atlas), std::move(net));
 }

@@ -10,6 +10,8 @@
 namespace weft {
 namespace {
 
+constexpr size_t kCornersUv = 6;  // u v of three corners
+
 std::vector<PlyProperty> PositionColumns(const std::vector<Eigen::Vector3d>& positions_mm, PlyType type) {
   std::vector<PlyProperty> columns;
   for (int axis = 0; axis < 3; ++axis) {
@@ -133,6 +135,27 @@ absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& sour
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes) {
   WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path, max_bytes));
   return MeshFromPly(ply, path);
+}
+
+MeshTexture MeshTextureFromPly(const Ply& ply) {
+  MeshTexture texture;
+  const PlyElement *at_vertices = ply.Find("vertex"), *at_faces = ply.Find("face");
+  if (at_vertices == nullptr || at_faces == nullptr) return texture;
+  const PlyElement &vertex = *at_vertices, &face = *at_faces;
+  const PlyProperty *s = vertex.Find("s"), *t = vertex.Find("t"), *corners = face.Find("texcoord");
+  if (s == nullptr || t == nullptr || s->is_list || t->is_list) return texture;
+  for (size_t v = 0; v < vertex.rows; ++v)
+    texture.of_vertex.emplace_back(static_cast<float>(s->values[v]), static_cast<float>(t->values[v]));
+  if (corners == nullptr || !corners->is_list || corners->values.size() != kCornersUv * face.rows)
+    return texture;
+  for (size_t f = 0; f < face.rows; ++f) {
+    auto& uv = texture.of_corner.emplace_back();
+    for (size_t k = 0; k < uv.size(); ++k) {
+      const double* values = &corners->values[kCornersUv * f + 2 * k];
+      uv[k] = Eigen::Vector2d(values[0], values[1]).cast<float>();
+    }
+  }
+  return texture;
 }
 
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "alignment/garment_mesh.h"
 #include "alignment/mesh.h"
-#include "alignment/mesh_texture.h"
 #include "services/formats/files/ply.h"
 
 namespace weft {
@@ -17,6 +17,9 @@ namespace weft {
 // not finite, polygons, indices outside the vertices.
 absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name);
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
+
+// The texture as WriteMesh writes it; empty where the file has none.
+MeshTexture MeshTextureFromPly(const Ply& ply);
 
 // Coordinates in double precision, so that the mesh read back hashes the same. A texture, where there is one,
 // is properties s and t of the vertices, and a list texcoord (u v of each corner) of the faces where they

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "alignment/garment_mesh.h"
 #include "alignment/mesh.h"
-#include "alignment/mesh_texture.h"
 #include "services/results/export/export_request.h"
 #include "services/results/export/export_transform.h"
 #include "services/results/export/reduced_mesh.h"

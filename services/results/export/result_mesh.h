@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "alignment/garment_mesh.h"
 #include "alignment/mesh.h"
-#include "alignment/mesh_texture.h"
 
 namespace weft {
 

@@ -199,7 +199,8 @@ class SampleMaker {
 absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& request,
                             const std::function<void(std::string_view stage, double share)>& on_progress,
                             const std::stop_token& stop) {
-  WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(takes.garment(), request.atlas));
+  WEFT_ASSIGN_OR_RETURN(Atlas atlas,
+                        Atlas::Build(takes.garment(), ChartsOnBoard(takes.garment()), request.atlas));
   const Plan plan = PlanOf(takes, request.rigs);
   if (plan.spaces.size() == 1)
     return absl::InvalidArgumentError(absl::StrCat("a net: ", FramesOf(plan.spaces[0]),

@@ -144,7 +144,7 @@ absl::Status MakePixelSamples(TrainingTakes& takes, const PixelAvatar& avatar,
                               const std::function<void(double share)>& on_progress,
                               const std::stop_token& stop) {
   const Template& garment = takes.garment();
-  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, request.atlas));
+  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, ChartsOnBoard(garment), request.atlas));
   const MeshGraph mesh_graph = BuildMeshGraph(garment.rest);
   WEFT_ASSIGN_OR_RETURN(const DeformationGraph graph,
                         BuildDeformationGraph(garment.rest, mesh_graph, avatar.graph));

@@ -22,7 +22,7 @@ bool SeesSeam(const Atlas& atlas, int row, int column, int texels) {
 
 absl::StatusOr<std::vector<bool>> VerticesNearSeams(const Template& garment, const AtlasOptions& options,
                                                     int texels) {
-  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, options));
+  WEFT_ASSIGN_OR_RETURN(const Atlas atlas, Atlas::Build(garment, ChartsOnBoard(garment), options));
   AtlasImage image{1, atlas.height(), atlas.width(), {}};
   for (int r = 0; r < image.height; ++r)
     for (int c = 0; c < image.width; ++c) image.values.push_back(SeesSeam(atlas, r, c, texels) ? 1.0f : 0.0f);

@@ -138,8 +138,7 @@ void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshR
   report.set_two_view(all.two_view());
   report.set_coverage(all.coverage());
   report.set_median_observed_sigma_mm(all.median_observed_sigma_mm());
-  for (const GarmentSpan& one : garment.garments)
-    *report.add_garments() = CountVertices(mesh, garment, one);
+  for (const GarmentSpan& one : garment.garments) *report.add_garments() = CountVertices(mesh, garment, one);
 }
 
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,

@@ -39,6 +39,10 @@ class SewnSheets {
   }
 };
 
+absl::StatusOr<Atlas> BoardAtlas(const Template& garment, const AtlasOptions& options) {
+  return Atlas::Build(garment, ChartsOnBoard(garment), options);
+}
+
 std::vector<float> SmoothField(const Template& garment) {
   std::vector<float> out;
   for (const Eigen::Vector3d& p : garment.rest.vertices_mm) {
@@ -60,7 +64,7 @@ double LargestDifference(const Template& garment, const std::vector<float>& a, c
 
 TEST(Atlas, CellsComeBackExactlyAndSeamsNearly) {
   for (const Template& garment : {SewnSheets::Garment(), WavingTube::Garment()}) {
-    const auto atlas = Atlas::Build(garment, {.level = 0, .gutter = 3, .multiple = 8});
+    const auto atlas = BoardAtlas(garment, {.level = 0, .gutter = 3, .multiple = 8});
     ASSERT_TRUE(atlas.ok()) << atlas.status();
     const std::vector<float> field = SmoothField(garment);
     const std::vector<float> back = atlas->Scatter(atlas->Gather(field, 2));
@@ -72,7 +76,7 @@ TEST(Atlas, CellsComeBackExactlyAndSeamsNearly) {
 
 TEST(Atlas, TexelsOfFourCellsKeepWhatIsSmooth) {
   const Template garment = SewnSheets::Garment();
-  const auto atlas = Atlas::Build(garment, {.level = 1, .gutter = 3, .multiple = 8});
+  const auto atlas = BoardAtlas(garment, {.level = 1, .gutter = 3, .multiple = 8});
   ASSERT_TRUE(atlas.ok()) << atlas.status();
   EXPECT_EQ(atlas->width() % 8, 0);
   EXPECT_EQ(atlas->height() % 8, 0);
@@ -93,19 +97,19 @@ TEST(Atlas, TexelsOfFourCellsKeepWhatIsSmooth) {
 }
 
 TEST(Atlas, PanelsLieApart) {
-  const auto two = Atlas::Build(SewnSheets::Garment(), {.level = 0, .gutter = 2, .multiple = 4});
+  const auto two = BoardAtlas(SewnSheets::Garment(), {.level = 0, .gutter = 2, .multiple = 4});
   ASSERT_TRUE(two.ok());
   EXPECT_EQ(two->panels(), 2);
   int panel_texels = 0;
   for (const TexelKind kind : two->kinds()) panel_texels += kind == TexelKind::kPanel ? 1 : 0;
   EXPECT_EQ(panel_texels, 2 * SewnSheets::kRows * SewnSheets::kColumns);
-  EXPECT_EQ(Atlas::Build(WavingTube::Garment(), {})->panels(), 1);
+  EXPECT_EQ(BoardAtlas(WavingTube::Garment(), {})->panels(), 1);
 }
 
 // The cloth along x at each texel of the image of the sheets, as the gutter shows it.
 TEST(Atlas, GutterShowsTheClothBeyondTheSeam) {
   const Template garment = SewnSheets::Garment();
-  const auto atlas = Atlas::Build(garment, {.level = 0, .gutter = 3, .multiple = 4});
+  const auto atlas = BoardAtlas(garment, {.level = 0, .gutter = 3, .multiple = 4});
   ASSERT_TRUE(atlas.ok());
   std::vector<float> along, row;
   for (const Eigen::Vector3d& p : garment.rest.vertices_mm)
@@ -136,7 +140,7 @@ TEST(Atlas, GutterShowsTheClothBeyondTheSeam) {
 
 TEST(Atlas, OpenBordersAreRepeated) {
   const Template garment = SewnSheets::Garment();
-  const auto atlas = Atlas::Build(garment, {.level = 0, .gutter = 2, .multiple = 4});
+  const auto atlas = BoardAtlas(garment, {.level = 0, .gutter = 2, .multiple = 4});
   const AtlasImage image = atlas->Gather(SmoothField(garment), 2);
   std::set<float> of_panels;
   for (size_t t = 0; t < image.PlaneSize(); ++t)
@@ -154,11 +158,11 @@ TEST(Atlas, OpenBordersAreRepeated) {
 }
 
 TEST(Atlas, RefusesOptionsThatMakeNoSense) {
-  EXPECT_THAT(std::string(Atlas::Build(WavingTube::Garment(), {.level = 7}).status().message()),
+  EXPECT_THAT(std::string(BoardAtlas(WavingTube::Garment(), {.level = 7}).status().message()),
               HasSubstr("level"));
-  EXPECT_THAT(std::string(Atlas::Build(WavingTube::Garment(), {.gutter = -1}).status().message()),
+  EXPECT_THAT(std::string(BoardAtlas(WavingTube::Garment(), {.gutter = -1}).status().message()),
               HasSubstr("gutter"));
-  EXPECT_THAT(std::string(Atlas::Build(WavingTube::Garment(), {.multiple = 0}).status().message()),
+  EXPECT_THAT(std::string(BoardAtlas(WavingTube::Garment(), {.multiple = 0}).status().message()),
               HasSubstr("multiple"));
 }
 
