@@ -16,6 +16,10 @@ bool SameNode(const VertexNode& a, const VertexNode& b) {
 
 }  // namespace
 
+bool HaveSameFaces(const GarmentMesh& a, const GarmentMesh& b) {
+  return a.rest.vertices_mm.size() == b.rest.vertices_mm.size() && a.rest.faces == b.rest.faces;
+}
+
 bool HaveSameVertices(const Template& a, const Template& b) {
   if (a.rest.faces != b.rest.faces || a.node_of_vertex.size() != b.node_of_vertex.size()) return false;
   for (size_t v = 0; v < a.node_of_vertex.size(); ++v)

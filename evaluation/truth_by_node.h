@@ -12,6 +12,10 @@
 
 namespace weft {
 
+// Whether both have as many vertices and the same faces: of cloth without a board all that tells whether
+// vertex v of one is vertex v of the other.
+bool HaveSameFaces(const GarmentMesh& a, const GarmentMesh& b);
+
 // Whether vertex v of one is vertex v of the other: the same faces and the same nodes of the board.
 bool HaveSameVertices(const Template& a, const Template& b);
 

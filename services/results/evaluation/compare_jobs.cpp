@@ -89,8 +89,16 @@ class VertexMatch {
   static absl::StatusOr<VertexMatch> Of(const EvaluationInputs& a, const EvaluationInputs& b,
                                         std::vector<EvaluationRemark>& remarks) {
     VertexMatch match;
-    if (!a.garment || !b.garment || HaveSameVertices(*a.garment, *b.garment)) return match;
-    absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*a.garment, *b.garment);
+    if (!a.garment || !b.garment) return match;
+    if (!a.printed || !b.printed) {
+      match.same_vertices_ = HaveSameFaces(*a.garment, *b.garment);
+      if (!match.same_vertices_)
+        remarks.push_back({"vertex differences",
+                           "the garments' meshes have other faces, and no board relates their vertices"});
+      return match;
+    }
+    if (HaveSameVertices(*a.printed, *b.printed)) return match;
+    absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*a.printed, *b.printed);
     match.same_vertices_ = false;
     if (!by_node.ok()) {
       remarks.push_back({"vertex differences", "the templates have no cell of a board in common"});

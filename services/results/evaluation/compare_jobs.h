@@ -70,9 +70,9 @@ struct JobComparison {
 
 // Compares the frames that both results have, several at a time in the calling thread's TBB arena; the same
 // numbers at any thread count. Measures are paired by frame and tested (evaluation/paired_test.h). Vertices
-// of other templates are compared by board cell. `on_frame` (may be empty): frames done and all, from any
-// thread, calls never overlap. InvalidArgument: the request, results without a common frame. Errors of
-// EvaluateJob.
+// of other templates are compared by board cell; without a board those of meshes with the same faces.
+// `on_frame` (may be empty): frames done and all, from any thread, calls never overlap. InvalidArgument: the
+// request, results without a common frame. Errors of EvaluateJob.
 absl::StatusOr<JobComparison> CompareJobs(const ComparisonRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame = {});
 

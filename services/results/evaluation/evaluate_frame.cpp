@@ -159,10 +159,10 @@ class FrameEvaluator {
 
   void MeasureCoverage() {
     const std::vector<VertexState>& state = pieces_.mesh->state;
-    if (!inputs_.garment || state.empty()) return;
+    if (!inputs_.printed || state.empty()) return;
     int with_cell = 0, by_three = 0, by_two = 0;
     for (size_t v = 0; v < state.size(); ++v) {
-      const bool has_cell = inputs_.garment->node_of_vertex[v].row >= 0;
+      const bool has_cell = inputs_.printed->node_of_vertex[v].row >= 0;
       const bool observed = state[v] == VertexState::kObserved;
       out_.fields.observed.push_back(!has_cell ? std::nan("") : observed ? 1 : 0);
       if (!has_cell) continue;
@@ -285,7 +285,7 @@ class FrameEvaluator {
         const auto views_after,
         ReadCameraObservations((fs::path(inputs_.result) / inputs_.frames[index_ + 1].name).string()));
     if (!pieces_.pieces.observations || !views_after) return uncovered;
-    const std::vector<VertexNode>& cells = inputs_.garment->node_of_vertex;
+    const std::vector<VertexNode>& cells = inputs_.printed->node_of_vertex;
     uncovered.assign(inputs_.rig->cameras.size(), std::vector<bool>(cells.size(), true));
     for (const std::vector<CameraObservations>* views : {&*pieces_.pieces.observations, &*views_after}) {
       std::vector<std::vector<bool>> read(uncovered.size(), std::vector<bool>(cells.size(), false));
@@ -326,12 +326,15 @@ absl::StatusOr<EvaluationTools> PrepareTools(const EvaluationRequest& request,
   tools.measure_texture = Spread(frames > 0 ? frames - 1 : 0, request.samples);
   tools.measure_texture.resize(frames, false);
   if (!inputs.garment) return tools;
-  tools.cell_mm = CellPitchMm(*inputs.garment);
+  if (inputs.printed) tools.cell_mm = CellPitchMm(*inputs.printed);
   if (!inputs.truth.empty()) tools.true_drift.emplace(inputs.garment->rest);
   if (request.quick) return tools;
-  WEFT_ASSIGN_OR_RETURN(tools.geodesics, GeodesicDistortion::Build(inputs.garment->rest, request.geodesics));
-  if (!inputs.dump) return tools;
-  WEFT_ASSIGN_OR_RETURN(tools.texture, TextureDrift::Build(*inputs.garment, request.texture));
+  WEFT_ASSIGN_OR_RETURN(GeodesicDistortion geodesics,
+                        GeodesicDistortion::Build(inputs.garment->rest, request.geodesics));
+  tools.geodesics = std::move(geodesics);
+  if (!inputs.dump || !inputs.printed) return tools;
+  WEFT_ASSIGN_OR_RETURN(TextureDrift texture, TextureDrift::Build(*inputs.printed, request.texture));
+  tools.texture = std::move(texture);
   return tools;
 }
 

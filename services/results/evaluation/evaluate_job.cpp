@@ -74,13 +74,16 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
   if (inputs.rig && !total.reprojection_px)
     remark("reprojection, leave-one-camera-out",
            "there is no observations.csv; register with --observations");
-  if (inputs.garment && !total.coverage)
+  if (inputs.garment && !inputs.printed) {
+    remark("coverage, visibility, texture drift", "no board was printed on the garment, so no cells tell");
+  } else if (inputs.garment && !total.coverage) {
     remark("coverage, visibility", "no mesh.ply has the states of its vertices");
+  }
   if (!total.jitter_observed_mm)
     remark("jitter", "no three consecutive frames have a mesh with the states of its vertices");
   if (request.quick) {
     remark("geodesic distortion, texture drift", "left out on request (--quick)");
-  } else if (inputs.dump && inputs.garment && !total.texture_drift_mm) {
+  } else if (inputs.dump && inputs.printed && !total.texture_drift_mm) {
     remark("texture drift", "no two consecutive frames have a mesh and pictures that show the same cells");
   }
   const bool any_mesh = std::ranges::any_of(

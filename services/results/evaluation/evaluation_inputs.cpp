@@ -8,6 +8,7 @@
 #include "base/status_macros.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/frame_paths.h"
+#include "services/formats/files/garment_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
@@ -41,13 +42,20 @@ absl::Status LoadRig(const std::string& path, const v1::Job& job, EvaluationInpu
   return CheckHash("rig", path, job.inputs().rig(), inputs.rig->ContentHash());
 }
 
-absl::Status LoadTemplate(const std::string& path, const v1::Job& job, EvaluationInputs& inputs) {
+absl::Status LoadGarment(const std::string& path, const v1::Job& job, EvaluationInputs& inputs) {
   if (path.empty()) {
     inputs.remarks.push_back({"geodesic distortion, drift", "there is no template; give --template"});
     return absl::OkStatus();
   }
-  WEFT_ASSIGN_OR_RETURN(inputs.garment, ReadTemplate(path));
-  return CheckHash("template", path, job.inputs().garment(), inputs.garment->ContentHash());
+  if (IsMeshName(path)) {
+    WEFT_ASSIGN_OR_RETURN(GarmentMesh garment, ReadGarmentMesh(path));
+    inputs.garment = std::make_shared<const GarmentMesh>(std::move(garment));
+    return CheckHash("garment's mesh", path, job.inputs().garment(), inputs.garment->MeshHash());
+  }
+  WEFT_ASSIGN_OR_RETURN(Template garment, ReadTemplate(path));
+  inputs.printed = std::make_shared<const Template>(std::move(garment));
+  inputs.garment = inputs.printed;
+  return CheckHash("template", path, job.inputs().garment(), inputs.printed->ContentHash());
 }
 
 absl::Status OpenDump(const std::string& path, const std::string& mosaic, bool is_required,
@@ -79,8 +87,14 @@ absl::Status MatchTruth(EvaluationInputs& inputs) {
   const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
   if (!inputs.garment || !PathExists(of_truth / "template.json")) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(const Template truth, ReadTemplate(of_truth.string()));
-  if (HaveSameVertices(*inputs.garment, truth)) return absl::OkStatus();
-  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, truth);
+  if (!inputs.printed && HaveSameFaces(*inputs.garment, truth)) return absl::OkStatus();
+  if (!inputs.printed)
+    return absl::FailedPreconditionError(
+        absl::StrCat(inputs.truth,
+                     ": the result's mesh has other faces than the take's template, and no board "
+                     "relates them; give --template with a template of the take's board"));
+  if (HaveSameVertices(*inputs.printed, truth)) return absl::OkStatus();
+  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.printed, truth);
   if (!by_node.ok())
     return absl::Status(by_node.status().code(),
                         absl::StrCat(inputs.truth, ": ", by_node.status().message(),
@@ -91,8 +105,8 @@ absl::Status MatchTruth(EvaluationInputs& inputs) {
                     "; its vertices are compared by board cell, which ", by_node->matched(), " of ",
                     by_node->vertices(), " have in common with the truth")});
   inputs.truth_by_node = *std::move(by_node);
-  if (!truth.garments.empty() && inputs.garment->garments.empty())
-    inputs.rows_of_garment = GarmentRows(*inputs.garment);
+  if (!truth.garments.empty() && inputs.printed->garments.empty())
+    inputs.rows_of_garment = GarmentRows(*inputs.printed);
   return absl::OkStatus();
 }
 
@@ -151,7 +165,7 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   inputs.result = request.result;
   const std::string dump = PathOf(request.dump, job.spec().dump());
   WEFT_RETURN_IF_ERROR(LoadRig(PathOf(request.rig, job.spec().rig()), job, inputs));
-  WEFT_RETURN_IF_ERROR(LoadTemplate(PathOf(request.garment, job.spec().garment()), job, inputs));
+  WEFT_RETURN_IF_ERROR(LoadGarment(PathOf(request.garment, job.spec().garment()), job, inputs));
   const std::string mosaic = dump == job.spec().dump() ? job.spec().options().mosaic() : "";
   WEFT_RETURN_IF_ERROR(OpenDump(dump, mosaic, !request.dump.empty(), inputs));
   WEFT_RETURN_IF_ERROR(LoadTruth(request, dump, inputs));

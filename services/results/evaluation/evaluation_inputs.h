@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "alignment/garment_mesh.h"
 #include "alignment/joint_template.h"
 #include "alignment/template.h"
 #include "capture/rig/rig.h"
@@ -24,6 +25,7 @@ namespace weft {
 struct EvaluationRequest {
   std::string result;  // folder of a job's results
   // Empty paths are taken from <result>/job.json, the truth from the folder `truth` of the dump.
+  // `garment` is a template, or a mesh in mm without a board (services/formats/files/garment_file.h).
   std::string truth, dump, rig, garment;
   bool no_truth = false;  // a truth beside the dump is left alone
   double fps = 0;         // of the take; 0: by the times of the take
@@ -50,7 +52,9 @@ struct EvaluationInputs {
   double fps = 0;          // 0: not known
   std::string fps_source;  // "--fps", "the take's times"
   std::optional<Rig> rig;
-  std::optional<Template> garment;
+  std::shared_ptr<const GarmentMesh> garment;  // null: none is known
+  // The same where it was sewn from a board: what is measured by cells needs it.
+  std::shared_ptr<const Template> printed;
   // Where the result is of one of several garments of the truth: its rows of the joint board.
   std::optional<GarmentRows> rows_of_garment;
   std::unique_ptr<FrameSource> dump;

@@ -45,6 +45,12 @@ std::unique_ptr<SequenceWriter> MakeSequenceWriter(const ExportPlan& plan) {
   }
 }
 
+// Of a vertex's measurement, which a mesh that was imported has not.
+bool IsOfMeasurement(ExportAttribute attribute) {
+  return attribute == ExportAttribute::kState || attribute == ExportAttribute::kSigma ||
+         attribute == ExportAttribute::kViews || attribute == ExportAttribute::kCoverage;
+}
+
 // What the request asks for and the result can give.
 std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const ExportSource& source) {
   std::vector<ExportAttribute> attributes =
@@ -55,7 +61,8 @@ std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const Ex
     attributes.push_back(ExportAttribute::kNormal);
   std::erase_if(attributes, [&](ExportAttribute attribute) {
     return (attribute == ExportAttribute::kVelocity && source.fps() == 0) ||
-           (attribute == ExportAttribute::kUv && source.topology().texture.empty());
+           (attribute == ExportAttribute::kUv && source.topology().texture.empty()) ||
+           (IsOfMeasurement(attribute) && !source.topology().is_measured);
   });
   return attributes;
 }
@@ -72,6 +79,10 @@ std::vector<std::string> MissingAttributes(const ExportRequest& request, const E
     notes.emplace_back("Velocities are left out: nothing tells the frame rate; give it with --fps.");
   if (wanted(ExportAttribute::kUv) && source.topology().texture.empty())
     notes.emplace_back("Texture coordinates are left out: the template has none.");
+  const bool wants_measurement = wanted(ExportAttribute::kState) || wanted(ExportAttribute::kSigma) ||
+                                 wanted(ExportAttribute::kViews) || wanted(ExportAttribute::kCoverage);
+  if (wants_measurement && !source.topology().is_measured)
+    notes.emplace_back("States, sigmas, views and coverage are left out: the meshes were not measured.");
   return notes;
 }
 

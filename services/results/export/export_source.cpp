@@ -189,6 +189,7 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
           path, ": has other vertices or faces than the mesh of frame ", frames_[meshes_.front()].frame(),
           "; frames of one template are exported together, choose them with --frames"));
     }
+    topology_.is_measured = topology_.is_measured && mesh.is_measured;
     for (size_t v = 0; v < topology_.vertices; ++v) {
       ++states[v][static_cast<size_t>(mesh.registered.state[v])];
       sigma_sum_mm[v] += mesh.registered.sigma_mm[v];
@@ -222,6 +223,7 @@ absl::Status ExportSource::Reduce() {
   topology_ = {.vertices = reduced.vertices.size(),
                .faces = reduced.faces,
                .texture = reduced.texture,
+               .is_measured = whole_->is_measured,
                .bounds = whole_->bounds};
   for (const int vertex : reduced.vertices) {
     topology_.coverage.push_back(whole_->coverage[vertex]);

@@ -34,7 +34,8 @@ struct ExportMesh {
 struct ExportTopology {
   size_t vertices = 0;
   std::vector<Face> faces;
-  MeshTexture texture;  // empty: the result has none
+  MeshTexture texture;      // empty: the result has none
+  bool is_measured = true;  // of all meshes: they tell how their vertices are known
   std::vector<float> coverage;
   // Of formats whose attributes do not change in time.
   std::vector<uint8_t> usual_state;  // in most frames; of two as frequent ones that with the smaller number

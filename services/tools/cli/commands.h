@@ -35,6 +35,7 @@ void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);
+void AddGarmentCommand(CLI::App& app, CommandLine& line);
 void AddSessionCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddSplitCommand(CLI::App& app, CommandLine& line);

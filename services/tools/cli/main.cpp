@@ -123,6 +123,7 @@ void AddAllCommands(CLI::App& app, weft::CommandLine& line) {
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddTemplateCommand(app, line);
+  weft::AddGarmentCommand(app, line);
   weft::AddDecodeCommand(app, line);
   weft::AddAlignCommand(app, line);
   weft::AddOptionsCommand(app, line);

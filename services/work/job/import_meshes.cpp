@@ -1,0 +1,163 @@
+#include "services/work/job/import_meshes.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "alignment/garment_mesh.h"
+#include "base/host_clock.h"
+#include "base/natural_order.h"
+#include "base/status_macros.h"
+#include "capture/take/frame_number.h"
+#include "services/formats/files/atomic_file.h"
+#include "services/formats/files/frame_folders.h"
+#include "services/formats/files/garment_file.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/work/pipeline/frame_folder.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kImportedId[] = "import";  // of results that no job computed
+constexpr char kGarmentFile[] = "garment.ply";
+
+std::string AbsolutePath(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
+
+// By the numbers that the names of the files differ in, as programs count frames; by position without.
+std::vector<std::string> FrameNamesOf(const std::vector<std::string>& meshes) {
+  std::vector<std::string> stems;
+  for (const std::string& mesh : meshes) stems.push_back(fs::path(mesh).stem().string());
+  if (const std::optional<NumbersInNames> found = FindNumbers(stems))
+    if (std::set<std::string>(found->numbers.begin(), found->numbers.end()).size() == stems.size())
+      return found->numbers;
+  std::vector<std::string> names;
+  for (size_t i = 0; i < meshes.size(); ++i) names.push_back(absl::StrFormat("%04d", i));
+  return names;
+}
+
+// A result of a job is not written over; another import is.
+absl::Status MayWrite(const std::string& out) {
+  v1::Job there;
+  const std::string file = (fs::path(out) / kJobFile).string();
+  const absl::Status status = ReadJsonFile(file, there);
+  if (absl::IsNotFound(status) || (status.ok() && there.id() == kImportedId)) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat(out, ": holds the result of a job; choose another folder with --out"));
+}
+
+class MeshImporter {
+ public:
+  MeshImporter(std::string out, GarmentMesh garment)
+      : out_(std::move(out)), garment_(std::move(garment)), hash_(garment_.MeshHash()) {}
+
+  absl::Status WriteFrame(const std::string& frame, std::vector<Eigen::Vector3d> vertices_mm) const {
+    WEFT_ASSIGN_OR_RETURN(FrameFolder folder,
+                          FrameFolder::Open(out_, frame, ConfinedFolder::IfMissing::kMake));
+    WEFT_RETURN_IF_ERROR(folder.Clear());
+    v1::FrameReport report;
+    report.set_frame(frame);
+    report.set_state(v1::FRAME_STATE_DONE);
+    report.mutable_inputs()->set_garment(hash_);
+    report.mutable_mesh()->set_vertices(static_cast<int>(vertices_mm.size()));
+    report.set_weft_version(WEFT_VERSION);
+    const TriangleMesh mesh = {std::move(vertices_mm), garment_.rest.faces};
+    WEFT_RETURN_IF_ERROR(folder.Put(
+        FrameFile::kMesh, [&](const std::string& path) { return WriteMesh(path, mesh, garment_.texture); },
+        report));
+    return folder.Commit(std::move(report));
+  }
+
+  // Frames of an earlier import.
+  absl::Status RemoveOthers(const std::vector<std::string>& frames) const {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> there, ListFrameFolders(out_));
+    for (const std::string& frame : there) {
+      if (std::find(frames.begin(), frames.end(), frame) != frames.end()) continue;
+      WEFT_ASSIGN_OR_RETURN(const FrameFolder folder,
+                            FrameFolder::Open(out_, frame, ConfinedFolder::IfMissing::kFail));
+      WEFT_RETURN_IF_ERROR(folder.Clear());
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Finish(const std::vector<std::string>& frames, int64_t started_unix_ns) const {
+    WEFT_RETURN_IF_ERROR(WriteMesh(GarmentPath(), garment_.rest, garment_.texture));
+    v1::Job job;
+    job.set_id(kImportedId);
+    job.mutable_spec()->set_garment(GarmentPath());
+    job.mutable_spec()->set_out(out_);
+    job.mutable_inputs()->set_garment(hash_);
+    job.set_state(v1::JOB_STATE_DONE);
+    const int count = static_cast<int>(frames.size());
+    job.mutable_frames()->set_total(count);
+    job.mutable_frames()->set_done(count);
+    job.set_first_frame(frames.front());
+    job.set_last_frame(frames.back());
+    job.set_created_unix_ns(started_unix_ns);
+    job.set_started_unix_ns(started_unix_ns);
+    job.set_finished_unix_ns(HostTime_ns());
+    job.set_weft_version(WEFT_VERSION);
+    return WriteJsonFile((fs::path(out_) / kJobFile).string(), job);
+  }
+
+  std::string GarmentPath() const { return (fs::path(out_) / kGarmentFile).string(); }
+
+ private:
+  const std::string out_;
+  const GarmentMesh garment_;
+  const std::string hash_;
+};
+
+}  // namespace
+
+absl::Status MeshImport::Validate() const {
+  if (meshes.empty()) return absl::InvalidArgumentError("give the mesh of a frame, or of several");
+  if (out.empty()) return absl::InvalidArgumentError("the folder to write to is empty");
+  if (!(unit_mm > 0)) return absl::InvalidArgumentError("the unit of the meshes must be positive");
+  std::set<std::string> seen;
+  for (const std::string& mesh : meshes) {
+    if (!IsMeshName(mesh))
+      return absl::InvalidArgumentError(absl::StrCat(mesh, ": is neither .obj nor .ply"));
+    if (!seen.insert(mesh).second) return absl::InvalidArgumentError(absl::StrCat(mesh, ": is given twice"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
+                                             const std::function<void(size_t, size_t)>& progress,
+                                             const std::stop_token& stop) {
+  WEFT_RETURN_IF_ERROR(request.Validate());
+  const int64_t started_unix_ns = HostTime_ns();
+  std::vector<std::string> meshes = request.meshes;
+  std::sort(meshes.begin(), meshes.end(), NaturalLess);
+  const std::string out = AbsolutePath(request.out);
+  WEFT_RETURN_IF_ERROR(MayWrite(out));
+  WEFT_ASSIGN_OR_RETURN(
+      const GarmentMesh garment,
+      ReadGarmentMesh(request.rest.empty() ? meshes.front() : request.rest, request.unit_mm));
+  ImportedGarment imported;
+  imported.frames = FrameNamesOf(meshes);
+  imported.vertices = garment.rest.vertices_mm.size(), imported.faces = garment.rest.faces.size();
+  const MeshImporter importer(out, garment);
+  imported.garment = importer.GarmentPath();
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    if (stop.stop_requested()) return absl::CancelledError("stopped; the same command begins again");
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> vertices_mm,
+                          ReadGarmentMoment(meshes[i], garment, request.unit_mm));
+    if (i == 0) WEFT_RETURN_IF_ERROR(CreateFolders(out));
+    WEFT_RETURN_IF_ERROR(importer.WriteFrame(imported.frames[i], std::move(vertices_mm)));
+    if (progress) progress(i + 1, meshes.size());
+  }
+  WEFT_RETURN_IF_ERROR(importer.RemoveOthers(imported.frames));
+  WEFT_RETURN_IF_ERROR(importer.Finish(imported.frames, started_unix_ns));
+  return imported;
+}
+
+}  // namespace weft
