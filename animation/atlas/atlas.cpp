@@ -162,7 +162,7 @@ absl::StatusOr<Atlas> Atlas::Build(const GarmentMesh& garment, const ClothCharts
   for (const ChartSeat& seat : layout.packed.seats) {
     const int at = take(seat.panel, seat.texel);
     if (int& own = out.texel_of_vertex_[seat.vertex]; own < 0) own = at;
-    out.seats_.emplace_back(seat.vertex, at);
+    if (!seat.is_in_fill) out.seats_.emplace_back(seat.vertex, at);
     layout.seats_of_texel[at].push_back(&seat);
   }
   for (const ChartFill& fill : layout.packed.fills)

@@ -52,12 +52,13 @@ class Atlas {
   int panels() const { return panels_; }
   const std::vector<TexelKind>& kinds() const { return kinds_; }  // [height][width]
 
-  // `per_vertex` is [vertices][channels]. A panel's texel is the mean of its vertices, or where it has none
-  // what its face has there; seams and borders are filled in, the rest is 0.
+  // `per_vertex` is [vertices][channels]. A panel's texel is the mean of its vertices, or where fewer than
+  // two lie in it what its face has in its middle; seams and borders are filled in, the rest is 0.
   AtlasImage Gather(std::span<const float> per_vertex, int channels) const;
   // Interpolates linearly between texels of panels, and of what is sewn to them; what the image has beside
   // panels does not matter. Vertices without a node take what goes on linearly from those around them.
-  // [vertices][channels]. At level 0 a vertex that alone has its texel gets what was gathered.
+  // [vertices][channels]. Of a board at level 0 a vertex that alone has its texel gets what
+  // was gathered.
   std::vector<float> Scatter(AtlasImage image) const;
   // Fills seams and borders of an image whose panels are set.
   void FillGutter(AtlasImage* image) const;
@@ -75,7 +76,7 @@ class Atlas {
   std::vector<TexelKind> kinds_;
   std::vector<int> texel_of_vertex_;        // [vertices], the first; -1: none
   std::vector<std::pair<int, int>> seats_;  // vertex, texel
-  // Texels between vertices, with those of their face and their weights.
+  // The other texels, with vertices of their face and their weights.
   std::vector<std::pair<int, std::array<std::pair<int, float>, 3>>> fills_;
   std::vector<std::vector<Weighted>> of_vertex_;               // [vertices], what Scatter reads
   std::vector<std::pair<int, std::vector<Weighted>>> gutter_;  // texel, what it shows

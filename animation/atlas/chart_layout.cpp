@@ -99,9 +99,11 @@ std::vector<ChartSeat> SeatsOf(const GarmentMesh& garment, const ClothCharts& ch
   return seats;
 }
 
-// Texels whose centres lie in a face and that no vertex has. `texels` are those that are taken.
+// By texels: `seats` are how many vertices lie in each.
 std::vector<std::pair<TexelKey, ChartFill>> FillsOf(const GarmentMesh& garment, const ClothCharts& charts,
-                                                    const ChartGrid& grid, std::set<TexelKey>& texels) {
+                                                    const ChartGrid& grid,
+                                                    const std::map<TexelKey, int>& seats) {
+  std::set<TexelKey> filled;
   std::vector<std::pair<TexelKey, ChartFill>> fills;
   for (size_t f = 0; f < charts.of_face.size(); ++f) {
     const int panel = charts.of_face[f];
@@ -114,7 +116,9 @@ std::vector<std::pair<TexelKey, ChartFill>> FillsOf(const GarmentMesh& garment, 
       for (int col = static_cast<int>(std::ceil(low.x())); col <= high.x(); ++col) {
         std::array<double, 3> weights;
         const TexelKey key = {panel, row, col};
-        if (!WeightsAt(corners, Eigen::Vector2d(col, row), weights) || !texels.insert(key).second) continue;
+        if (!WeightsAt(corners, Eigen::Vector2d(col, row), weights)) continue;
+        if (const auto found = seats.find(key); found != seats.end() && found->second > 1) continue;
+        if (!filled.insert(key).second) continue;
         ChartFill fill;
         fill.panel = panel;
         for (size_t k = 0; k < 3; ++k)
@@ -147,9 +151,13 @@ ChartLayout LayOutCharts(const GarmentMesh& garment, const ClothCharts& charts, 
   const ChartGrid grid(charts, texel_cells);
   ChartLayout out;
   out.seats = SeatsOf(garment, charts, grid);
-  std::set<TexelKey> texels;
-  for (const ChartSeat& seat : out.seats) texels.insert(KeyOf(seat.panel, ChartGrid::TexelAt(seat.place)));
-  const std::vector<std::pair<TexelKey, ChartFill>> fills = FillsOf(garment, charts, grid, texels);
+  const auto key_of = [](const ChartSeat& seat) { return KeyOf(seat.panel, ChartGrid::TexelAt(seat.place)); };
+  std::map<TexelKey, int> seats;
+  for (const ChartSeat& seat : out.seats) ++seats[key_of(seat)];
+  const std::vector<std::pair<TexelKey, ChartFill>> fills = FillsOf(garment, charts, grid, seats);
+  std::set<TexelKey> texels, filled;
+  for (const auto& [key, unused] : seats) texels.insert(key);
+  for (const auto& [key, unused] : fills) texels.insert(key), filled.insert(key);
   const GarmentParts parts = Pack(texels, charts.charts, gutter);
   // The square that they were packed into ends where they end.
   for (const TemplatePanel& panel : parts.panels) {
@@ -164,6 +172,7 @@ ChartLayout LayOutCharts(const GarmentMesh& garment, const ClothCharts& charts, 
     return Eigen::Vector2d(Eigen::Vector2d(panel.texture_col, panel.texture_row) + Turned(place, panel));
   };
   for (ChartSeat& seat : out.seats) {
+    seat.is_in_fill = filled.contains(key_of(seat));
     seat.texel = in_image(seat.panel, ChartGrid::TexelAt(seat.place)).cast<int>();
     seat.place = in_image(seat.panel, seat.place);
   }

@@ -18,9 +18,10 @@ struct ChartSeat {
   Eigen::Vector2d cells = Eigen::Vector2d::Zero();  // in the chart, as ClothCharts has it
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  // in the image
   Eigen::Vector2i texel = Eigen::Vector2i::Zero();
+  bool is_in_fill = false;  // its texel is a ChartFill
 };
 
-// A texel in a face that no vertex has.
+// A texel whose middle lies in a face, and in which at most one vertex lies: what the face has there.
 struct ChartFill {
   int panel = 0;
   Eigen::Vector2i texel = Eigen::Vector2i::Zero();

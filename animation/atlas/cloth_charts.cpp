@@ -128,7 +128,8 @@ absl::Status PlaceCorners(const GarmentMesh& garment, ClothCharts& out) {
       return absl::InvalidArgumentError(
           absl::StrCat("face ", f, ": its chart is more than ", kLongestChartCells,
                        " edges long in the texture, so parts of it are stretched; unwrap the mesh again"));
-    for (Eigen::Vector2d& cells : out.corner_cells[f]) cells -= low[chart];
+    // The middle of a cell, where a regular mesh has its vertices then.
+    for (Eigen::Vector2d& cells : out.corner_cells[f]) cells += Eigen::Vector2d(0.5, 0.5) - low[chart];
   }
   return absl::OkStatus();
 }
