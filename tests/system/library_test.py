@@ -195,7 +195,7 @@ class Library(StudioTest):
         done = self.library("upload", "rig", self.path("rig.json"), check=2)
         self.assertIn("rig.json", done.stderr)
         self.assertIn("cameras", done.stderr)
-        self.assertIn("give rig, board, template, dump or avatar", self.library("upload", "shoe", self.take, check=2).stderr)
+        self.assertIn("give rig, board, template, dump, avatar or garment", self.library("upload", "shoe", self.take, check=2).stderr)
         self.assertIn("HOST:PORT", self.register("--upload", check=2).stderr)
         self.assertEqual(self.item("list").get("items", []), [])
 

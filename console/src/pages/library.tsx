@@ -22,6 +22,7 @@ const KIND_NAMES: Record<ItemKind, string> = {
   [ItemKind.TEMPLATE]: "ITEM_KIND_TEMPLATE",
   [ItemKind.DUMP]: "ITEM_KIND_DUMP",
   [ItemKind.AVATAR]: "ITEM_KIND_AVATAR",
+  [ItemKind.GARMENT]: "ITEM_KIND_GARMENT",
 };
 
 export function LibraryPage() {
@@ -100,6 +101,9 @@ function ItemPage({ kind, id }: { kind: ItemKind; id: string }) {
       />
       {kind === ItemKind.RIG && <InThreeD mount={(player, element) => player.mountRig(element, client, id)} />}
       {kind === ItemKind.TEMPLATE && <InThreeD mount={(player, element) => player.mountTemplate(element, client, id)} />}
+      {kind === ItemKind.GARMENT && (
+        <InThreeD mount={(player, element) => player.mountGarment(element, client, id, files.map((file) => file.path))} />
+      )}
       {picture && <img class="item-picture" src={url(picture.path)} alt={`The board, ${picture.path}`} />}
       <FileTable files={files.slice(0, 500)} url={url} />
       {files.length > 500 && <p class="empty">{files.length - 500} more files are not listed.</p>}

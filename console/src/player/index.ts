@@ -1,6 +1,7 @@
 import { h, render } from "preact";
 import type { ComponentType } from "preact";
 import type { Client } from "../api/client";
+import { GarmentView } from "./garment_view";
 import { LiveView } from "./live_view";
 import "./player.css";
 import { PlayerView } from "./player_view";
@@ -30,4 +31,9 @@ export function mountRig(element: HTMLElement, client: Client, item: string): ()
 /** Likewise a template with its panels and seams. */
 export function mountTemplate(element: HTMLElement, client: Client, item: string): () => void {
   return mount(element, TemplateView, { client, item });
+}
+
+/** Likewise a garment's mesh without a board; `files` are its frames. */
+export function mountGarment(element: HTMLElement, client: Client, item: string, files: string[]): () => void {
+  return mount(element, GarmentView, { client, item, files });
 }

@@ -28,4 +28,5 @@ export const KINDS: Record<ItemKind, string> = {
   [ItemKind.TEMPLATE]: "template",
   [ItemKind.DUMP]: "recording",
   [ItemKind.AVATAR]: "avatar",
+  [ItemKind.GARMENT]: "garment",
 };

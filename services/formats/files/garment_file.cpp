@@ -25,10 +25,6 @@ namespace fs = std::filesystem;
 // Across a garment, from a glove's finger to a stage costume: other sizes are another unit.
 constexpr double kLeastGarmentMm = 30, kMostGarmentMm = 20'000;
 
-absl::Status AtFile(const std::string& path, const absl::Status& status, const char* remedy) {
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message(), remedy));
-}
-
 absl::Status CheckSize(const std::string& path, const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : mesh.vertices_mm) box.extend(v);
@@ -38,14 +34,6 @@ absl::Status CheckSize(const std::string& path, const TriangleMesh& mesh) {
       "%s: the garment is %.4g mm across; the file does not say its unit: give the one that it "
       "was exported in, `weft garment import --unit m` makes a mesh in mm of it",
       path, across_mm));
-}
-
-absl::Status CheckCloth(const std::string& path, const GarmentMesh& garment) {
-  if (absl::Status status = CheckGarmentMesh(garment.rest); !status.ok())
-    return AtFile(path, status,
-                  " (faces are counted as triangles); repair the mesh (in Blender: Select All by Trait, Non "
-                  "Manifold; Merge by Distance) and export it again");
-  return CheckSize(path, garment.rest);
 }
 
 std::vector<Eigen::Vector3d> InMm(std::vector<Eigen::Vector3d> vertices, double unit_mm) {
@@ -124,6 +112,21 @@ absl::StatusOr<GarmentMesh> GarmentFromPly(const std::string& path, double unit_
   return garment;
 }
 
+// An OBJ or PLY, of any size.
+absl::StatusOr<GarmentMesh> GarmentFromMesh(const std::string& path, double unit_mm) {
+  absl::StatusOr<GarmentMesh> garment =
+      IsObjName(path) ? GarmentFromObj(path, unit_mm) : GarmentFromPly(path, unit_mm);
+  if (!garment.ok()) return garment;
+  garment->id = fs::path(path).stem().string();
+  const absl::Status status = CheckGarmentMesh(garment->rest);
+  if (status.ok()) return garment;
+  return absl::Status(
+      status.code(),
+      absl::StrCat(path, ": ", status.message(),
+                   " (faces are counted as triangles); repair the mesh (in Blender: Select All by Trait, Non "
+                   "Manifold; Merge by Distance) and export it again"));
+}
+
 absl::StatusOr<GarmentMesh> GarmentFromTemplate(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(const Template garment, ReadTemplate(path));
   WEFT_ASSIGN_OR_RETURN(const GarmentParts parts, ReadGarmentParts(path));
@@ -156,13 +159,12 @@ bool IsMeshName(const std::string& path) {
 
 absl::StatusOr<GarmentMesh> ReadGarmentMesh(const std::string& path, double unit_mm) {
   if (!IsMeshName(path)) return GarmentFromTemplate(path);
-  absl::StatusOr<GarmentMesh> garment =
-      IsObjName(path) ? GarmentFromObj(path, unit_mm) : GarmentFromPly(path, unit_mm);
-  if (!garment.ok()) return garment;
-  garment->id = fs::path(path).stem().string();
-  WEFT_RETURN_IF_ERROR(CheckCloth(path, *garment));
+  WEFT_ASSIGN_OR_RETURN(GarmentMesh garment, GarmentFromMesh(path, unit_mm));
+  WEFT_RETURN_IF_ERROR(CheckSize(path, garment.rest));
   return garment;
 }
+
+absl::Status CheckGarmentFile(const std::string& path) { return GarmentFromMesh(path, 1).status(); }
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string& path,
                                                                const GarmentMesh& garment, double unit_mm) {

@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr v1::ItemKind kItemKinds[] = {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE,
-                                       v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR};
+constexpr v1::ItemKind kItemKinds[] = {v1::ITEM_KIND_RIG,  v1::ITEM_KIND_BOARD,  v1::ITEM_KIND_TEMPLATE,
+                                       v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR, v1::ITEM_KIND_GARMENT};
 
 const v1::ItemName* NameIn(const v1::LibraryItem& item, const std::string& name) {
   const v1::ItemName* newest = nullptr;

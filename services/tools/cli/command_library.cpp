@@ -116,7 +116,8 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
   CLI::App* command = AddCommand(library, what.name, what.description, what.example);
   auto options = std::make_shared<LibraryOptions>();
   AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  CLI::Option* kind = AddOption(*command, "KIND", options->kind, "rig, board, template, dump or avatar");
+  CLI::Option* kind =
+      AddOption(*command, "KIND", options->kind, "rig, board, template, dump, avatar or garment");
   if (!(what.arguments & kLibraryAnyKind)) kind->required();
   if (what.arguments & kLibraryPath) {
     AddRequired(*command, "PATH", options->path,
@@ -148,8 +149,10 @@ void AddLibraryCommand(CLI::App& app, CommandLine& line) {
   library->require_subcommand(1);
   const LibraryCommand commands[] = {
       {"upload",
-       "Send a rig, board, template, dump or avatar to the library. Other content under a name that is taken "
-       "becomes its next version. An upload that was stopped goes on when the command is repeated, and "
+       "Send a rig, board, template, dump, avatar or garment (OBJ, PLY) to the library. Other content under "
+       "a "
+       "name that is taken becomes its next version. An upload that was stopped goes on when the command is "
+       "repeated, and "
        "content that the daemon has is not sent",
        "  weft library upload rig rig.json --name studio --server studio:7411\n"
        "  weft library upload template shirt --server studio:7411\n"

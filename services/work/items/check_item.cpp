@@ -11,6 +11,7 @@
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_files.h"
 #include "services/formats/files/board_file.h"
+#include "services/formats/files/garment_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/work/animation/avatar_file.h"
@@ -42,6 +43,17 @@ absl::Status ReadContent(v1::ItemKind kind, const std::string& path) {
   }
 }
 
+// Each of them by itself: whether they are frames of one mesh, whoever plays them sees.
+absl::Status CheckGarmentFiles(const v1::ItemManifest& manifest, const std::string& folder) {
+  for (const v1::ItemFile& file : manifest.files()) {
+    if (!IsMeshName(file.path()))
+      return absl::InvalidArgumentError(absl::StrCat(
+          "manifest.files: ", file.path(), " is neither .obj nor .ply; a garment is such files alone"));
+    WEFT_RETURN_IF_ERROR(CheckGarmentFile(absl::StrCat(folder, "/", file.path())));
+  }
+  return absl::OkStatus();
+}
+
 // A net has both of its files.
 bool IsAvatar(const v1::ItemManifest& manifest) {
   std::set<std::string> files;
@@ -60,7 +72,8 @@ std::string InputPathOf(v1::ItemKind kind, const v1::ItemManifest& manifest, con
       if (absl::EndsWith(file.path(), ".json")) return absl::StrCat(folder, "/", file.path());
     }
   }
-  const bool may_be_file = kind == v1::ITEM_KIND_RIG || kind == v1::ITEM_KIND_BOARD;
+  const bool may_be_file =
+      kind == v1::ITEM_KIND_RIG || kind == v1::ITEM_KIND_BOARD || kind == v1::ITEM_KIND_GARMENT;
   if (!may_be_file || manifest.files_size() != 1) return folder;
   return absl::StrCat(folder, "/", manifest.files(0).path());
 }
@@ -76,7 +89,9 @@ absl::Status CheckItemContent(v1::ItemKind kind, const v1::ItemManifest& manifes
         "manifest.files: an avatar is avatar.json and space.bin, with a net net.onnx and sample.bin as well; "
         "other files are given");
   }
-  const absl::Status status = ReadContent(kind, InputPathOf(kind, manifest, folder));
+  const absl::Status status = kind == v1::ITEM_KIND_GARMENT
+                                  ? CheckGarmentFiles(manifest, folder)
+                                  : ReadContent(kind, InputPathOf(kind, manifest, folder));
   if (status.ok()) return status;
   // The folder has no meaning for the client.
   const std::string message =

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
+#include "services/formats/files/garment_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/work/items/manifest.h"
 #include "services/work/items/sha256.h"
@@ -56,6 +57,15 @@ absl::StatusOr<Names> NamesBelow(const fs::path& folder) {
   return names;
 }
 
+// OBJ lists materials and pictures beside it, which no mesh needs.
+absl::StatusOr<Names> MeshesBelow(const fs::path& folder) {
+  WEFT_ASSIGN_OR_RETURN(Names names, NamesBelow(folder));
+  std::erase_if(names, [](const std::string& name) { return !IsMeshName(name); });
+  if (!names.empty()) return names;
+  return absl::InvalidArgumentError(absl::StrCat(
+      folder.string(), ": holds no .obj or .ply; give the mesh of a garment, or a folder of them"));
+}
+
 absl::StatusOr<Names> ChooseNames(v1::ItemKind kind, const fs::path& path, fs::path* folder) {
   if (!PathExists(path)) return absl::NotFoundError(absl::StrCat(path.string(), ": no such file"));
   const bool is_folder = IsFolder(path);
@@ -65,6 +75,7 @@ absl::StatusOr<Names> ChooseNames(v1::ItemKind kind, const fs::path& path, fs::p
     if (path.extension() == ".json") return NamesOfBoard(path);
   }
   if (kind == v1::ITEM_KIND_TEMPLATE && !is_folder) return NamesBelow(*folder);
+  if (kind == v1::ITEM_KIND_GARMENT && is_folder) return MeshesBelow(path);
   if (kind == v1::ITEM_KIND_RIG && is_folder) {
     return absl::InvalidArgumentError(absl::StrCat(path.string(), ": is a folder; give the rig.json in it"));
   }

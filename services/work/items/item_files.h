@@ -17,9 +17,9 @@ struct LocalItem {
 };
 
 // Lists and hashes what `path` holds: a rig.json; a board.json with its images, its folder, or a board.png;
-// the folder of a template or its template.json; the folder of a dump; the folder of an avatar. `hashed` is
-// called with the bytes read and all of them. NotFound, InvalidArgument (links, names that no item may have)
-// or errors of reading; the file is named.
+// the folder of a template or its template.json; the folder of a dump; the folder of an avatar; a garment's
+// OBJ or PLY, or those in a folder. `hashed` is called with the bytes read and all of them. NotFound,
+// InvalidArgument (links, names that no item may have) or errors of reading; the file is named.
 absl::StatusOr<LocalItem> ListLocalItem(
     v1::ItemKind kind, const std::string& path,
     const std::function<void(uint64_t done, uint64_t total)>& hashed = {});

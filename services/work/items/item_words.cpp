@@ -27,17 +27,18 @@ const char* ItemKindWord(v1::ItemKind kind) { return EnumWord(kind, "unknown"); 
 
 absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word) {
   for (const v1::ItemKind kind : {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE,
-                                  v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR}) {
+                                  v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR, v1::ITEM_KIND_GARMENT}) {
     if (word == ItemKindWord(kind)) return kind;
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("kind: \"", EscapedText(word), "\" is none; give rig, board, template, dump or avatar"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "kind: \"", EscapedText(word), "\" is none; give rig, board, template, dump, avatar or garment"));
 }
 
 absl::Status CheckItemKind(v1::ItemKind kind) {
   if (v1::ItemKind_IsValid(kind) && kind != v1::ITEM_KIND_UNSPECIFIED) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "kind: ", static_cast<int>(kind), " is no kind of item; give RIG, BOARD, TEMPLATE, DUMP or AVATAR"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("kind: ", static_cast<int>(kind),
+                   " is no kind of item; give RIG, BOARD, TEMPLATE, DUMP, AVATAR or GARMENT"));
 }
 
 absl::Status CheckItemName(const std::string& name) {

@@ -13,7 +13,7 @@ namespace weft {
 // Before the name of an item where a path could stand.
 inline constexpr char kLibraryPrefix[] = "library:";
 
-// "rig", "board", "template", "dump" or "avatar"; also the folder of the kind.
+// "rig", "board", "template", "dump", "avatar" or "garment"; also the folder of the kind.
 const char* ItemKindWord(v1::ItemKind kind);
 // InvalidArgument: none of these words.
 absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word);

@@ -20,7 +20,7 @@ from weft.transfer import receive
 from weft.v1.library_pb2_grpc import LibraryStub
 
 KINDS = {"rig": v1.ITEM_KIND_RIG, "board": v1.ITEM_KIND_BOARD, "template": v1.ITEM_KIND_TEMPLATE, "dump": v1.ITEM_KIND_DUMP,
-         "avatar": v1.ITEM_KIND_AVATAR}
+         "avatar": v1.ITEM_KIND_AVATAR, "garment": v1.ITEM_KIND_GARMENT}
 # Called with the bytes done and all of them, perhaps from another thread.
 Progress = Callable[[int, int], None]
 
@@ -85,7 +85,7 @@ class Library:
 
     def upload(self, kind: str, path: str | os.PathLike[str], name: str = "",
                progress: Optional[Progress] = None) -> v1.LibraryItem:
-        """Sends a rig.json, a board, or the folder of a template, dump or avatar; `name`: by default that of the file or folder.
+        """Sends a rig.json, a board, or the folder of a template, dump or avatar, or a garment's OBJ or PLY; `name`: by default that of the file or folder.
 
         Content that is there is not sent again. A broken upload goes on where it was, here or when it is called again.
         InvalidArgument: no reader accepts the content; it names file and field."""

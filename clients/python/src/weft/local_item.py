@@ -87,6 +87,11 @@ def _chosen_names(kind: v1.ItemKind, path: str) -> tuple[str, list[str]]:
         raise InvalidArgument(f"{path}: is a file; give the folder of the dump")
     if kind == v1.ITEM_KIND_AVATAR and not is_folder:
         raise InvalidArgument(f"{path}: is a file; give the folder of the avatar")
+    if kind == v1.ITEM_KIND_GARMENT and is_folder:
+        meshes = [name for name in _files_below(folder) if name.lower().endswith((".obj", ".ply"))]
+        if not meshes:
+            raise InvalidArgument(f"{path}: holds no .obj or .ply; give the mesh of a garment, or a folder of them")
+        return folder, meshes
     if is_folder or kind == v1.ITEM_KIND_TEMPLATE:
         return folder, list(_files_below(folder))
     return folder, [os.path.basename(path)]

@@ -38,5 +38,28 @@ TEST(MeshFromObj, NamesTheFaceThatIsWrong) {
   EXPECT_THAT(MeshFromObj(vertices, "a.obj").status().message(), HasSubstr("no vertices or no faces"));
 }
 
+TEST(ParseObj, KeepsPolygonsAndTheirTexture) {
+  const auto mesh =
+      ParseObj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.5 0.25\nvt 1\nf 1/1 2/2 3/-1 4/-2\n", "a.obj");
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  ASSERT_EQ(mesh->polygons.size(), 1u);
+  EXPECT_THAT(mesh->polygons[0],
+              ElementsAre(ObjCorner{0, 0}, ObjCorner{1, 1}, ObjCorner{2, 1}, ObjCorner{3, 0}));
+  EXPECT_THAT(mesh->texture, ElementsAre(Eigen::Vector2d(0.5, 0.25), Eigen::Vector2d(1, 0)));
+}
+
+TEST(ParseObj, RefusesFacesThatAreTooLargeOrTooSmall) {
+  std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf";
+  EXPECT_THAT(ParseObj(text + " 1 2\n", "a.obj").status().message(), HasSubstr("fewer than three corners"));
+  for (int i = 0; i < 259; ++i) text += " 1";
+  EXPECT_THAT(ParseObj(text + "\n", "a.obj").status().message(), HasSubstr("more than 255 corners"));
+}
+
+TEST(ParseObj, NamesTheLineWithoutNumbers) {
+  EXPECT_THAT(ParseObj("v 0 0 0\nv 1 0\n", "a.obj").status().message(),
+              HasSubstr("a.obj:2: v needs 3 finite numbers"));
+  EXPECT_THAT(ParseObj("v 0 0 inf\n", "a.obj").status().message(), HasSubstr("it has \"inf\""));
+}
+
 }  // namespace
 }  // namespace weft
