@@ -31,10 +31,10 @@ absl::Status CheckFaceIndices(const TriangleMesh& mesh) {
 }
 
 absl::Status CheckEdges(const TriangleMesh& mesh) {
-  struct Side {
+  struct EdgeSide {
     int low, high, face;
   };
-  std::vector<Side> sides;
+  std::vector<EdgeSide> sides;
   sides.reserve(3 * mesh.faces.size());
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     for (int i = 0; i < 3; ++i) {
@@ -42,11 +42,11 @@ absl::Status CheckEdges(const TriangleMesh& mesh) {
       sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f)});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
     return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
   });
   // The first face, in the order of the mesh, that is one too many at an edge.
-  const Side* first = nullptr;
+  const EdgeSide* first = nullptr;
   for (size_t i = 2; i < sides.size(); ++i) {
     const bool third = sides[i].low == sides[i - 2].low && sides[i].high == sides[i - 2].high;
     if (third && (first == nullptr || sides[i].face < first->face)) first = &sides[i];

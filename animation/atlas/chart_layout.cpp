@@ -82,7 +82,7 @@ TexelKey KeyOf(int panel, const Eigen::Vector2d& texel) {
 std::vector<ChartSeat> SeatsOf(const GarmentMesh& garment, const ClothCharts& charts, const ChartGrid& grid) {
   std::vector<ChartSeat> seats;
   const auto add = [&](int v, int panel, const Eigen::Vector2d& cells) {
-    seats.push_back({v, panel, cells, grid.PlaceOf(panel, cells), {}});
+    seats.push_back({v, panel, cells, grid.PlaceOf(panel, cells)});
   };
   for (size_t v = 0; v < charts.of_vertex.size(); ++v)
     if (charts.of_vertex[v] >= 0) add(static_cast<int>(v), charts.of_vertex[v], charts.vertex_cells[v]);

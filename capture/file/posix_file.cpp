@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/error_reason.h"
 #include "base/status_macros.h"
 
 namespace weft {
@@ -28,10 +29,14 @@ absl::Status FileError(const std::string& path, const std::string& what, int err
       return absl::AlreadyExistsError(text);
     case ENOSPC:
     case EDQUOT:
-      return absl::ResourceExhaustedError(absl::StrCat(text, "; make room on the disk"));
+      return WithReason(absl::ResourceExhaustedError(absl::StrCat(text, "; make room on the disk")),
+                        ErrorReason::kDiskFull);
     case EFBIG:
-      return absl::ResourceExhaustedError(absl::StrCat(
-          text, "; raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones"));
+      return WithReason(
+          absl::ResourceExhaustedError(absl::StrCat(
+              text,
+              "; raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones")),
+          ErrorReason::kDiskFull);
     default:
       return absl::UnavailableError(text);
   }

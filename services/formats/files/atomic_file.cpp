@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/error_reason.h"
 #include "base/whole_file.h"
 #include "services/ground/process/unique_fd.h"
 
@@ -45,12 +46,15 @@ absl::Status WriteError(const std::string& path, int error) {
                                                       "); choose a folder that you may write to"));
     case ENOSPC:
     case EDQUOT:
-      return absl::ResourceExhaustedError(
-          absl::StrCat(path, ": cannot be written (", strerror(error), "); make room on the disk"));
+      return WithReason(absl::ResourceExhaustedError(absl::StrCat(
+                            path, ": cannot be written (", strerror(error), "); make room on the disk")),
+                        ErrorReason::kDiskFull);
     case EFBIG:
-      return absl::ResourceExhaustedError(absl::StrCat(
-          path, ": cannot be written (", strerror(error),
-          "); raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones"));
+      return WithReason(
+          absl::ResourceExhaustedError(absl::StrCat(
+              path, ": cannot be written (", strerror(error),
+              "); raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones")),
+          ErrorReason::kDiskFull);
     default:
       return absl::UnavailableError(absl::StrCat(path, ": cannot be written (", strerror(error), ")"));
   }

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "base/error_reason.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 
@@ -107,7 +108,7 @@ std::string ConfinedFolder::At(const std::string& name) const {
 
 absl::Status ConfinedFolder::InWords(const absl::Status& status) const {
   if (status.ok()) return status;
-  return absl::Status(status.code(), absl::StrReplaceAll(status.message(), {{At(""), path_ + "/"}}));
+  return WithMessage(status, absl::StrReplaceAll(status.message(), {{At(""), path_ + "/"}}));
 }
 
 absl::StatusOr<UniqueFd> ConfinedFolder::OpenFile(const std::string& path) const {

@@ -48,7 +48,7 @@ bool KeepFileCapability() {
 }  // namespace
 
 absl::Status CheckWorkerUser(const std::string& name) {
-  WEFT_ASSIGN_OR_RETURN(const UserNumbers user, FindUser(name));
+  WEFT_RETURN_IF_ERROR(FindUser(name).status());
   if (geteuid() != 0) {
     return absl::FailedPreconditionError(
         "--worker-user: needs a daemon of root; start weftd as that user instead, and leave it out");

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "absl/strings/match.h"
+#include "base/error_reason.h"
 
 namespace weft {
 namespace {
@@ -16,9 +17,11 @@ constexpr absl::string_view kTopics[] = {"hread", "fork", "system_error", "canno
 }  // namespace
 
 absl::Status NoFurtherThreads() {
-  return absl::ResourceExhaustedError(
-      "this machine makes no further threads or processes now (Resource temporarily unavailable); where that "
-      "lasts, raise TasksMax= of the service, or `ulimit -u`");
+  return WithReason(
+      absl::ResourceExhaustedError("this machine makes no further threads or processes now (Resource "
+                                   "temporarily unavailable); where that lasts, raise TasksMax= of the "
+                                   "service, or `ulimit -u`"),
+      ErrorReason::kNoFreeThread);
 }
 
 bool IsLackOfThreads(const std::exception& error) {

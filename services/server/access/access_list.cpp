@@ -53,7 +53,7 @@ absl::Status ChangeList(const std::string& path, Change change) {
 
 template <typename Entries, typename Is>
 void Remove(Entries& entries, Is is) {
-  std::erase_if(entries, is);
+  entries.erase(std::remove_if(entries.begin(), entries.end(), is), entries.end());
 }
 
 }  // namespace

@@ -37,9 +37,11 @@ absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& came
                                  const BoardIndex& board, const FrameSource& dump, size_t index,
                                  const PipelineOptions& options, const FrameProgress& progress,
                                  const std::stop_token& stop) {
-  const DecodedFrame decoded = DecodeFrame({rig, board, dump, index}, options.decode, 0, progress, stop);
+  const DecodedFrame decoded =
+      DecodeFrame(kNeverKept, {rig, board, dump, index}, options.decode, 0, progress, stop);
   if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
-  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views, options.cloud);
+  absl::StatusOr<Cloud> cloud =
+      TriangulateFrame(kNeverKept, rig, camera_sigma_px, decoded.views, options.cloud);
   if (!cloud.ok() || !cloud->points.empty()) return cloud;
   return absl::FailedPreconditionError(
       NoCloudReason(decoded.views, decoded.reports, options.cloud.triangulation.consensus.min_views));

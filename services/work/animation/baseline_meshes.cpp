@@ -23,7 +23,7 @@ RegistrationBaseline::RegistrationBaseline(const Template& garment) : garment_(g
 absl::StatusOr<RegisteredMesh> RegistrationBaseline::Register(
     const Rig& rig, const std::vector<ViewObservations>& views) const {
   const PipelineOptions options;
-  WEFT_ASSIGN_OR_RETURN(const Cloud cloud, TriangulateFrame(rig, {}, views, options.cloud));
+  WEFT_ASSIGN_OR_RETURN(const Cloud cloud, TriangulateFrame(kNeverKept, rig, {}, views, options.cloud));
   WEFT_ASSIGN_OR_RETURN(AlignResult aligned,
                         Align(model_, TargetsFromCloud(garment_, cloud).targets, options.alignment));
   return std::move(aligned.mesh);

@@ -20,6 +20,8 @@
 namespace weft {
 namespace {
 
+// Besides its own.
+constexpr StageList<Stage::kDecode> kDriveStages;
 constexpr char kDriveStage[] = "drive";
 
 std::string MissingText(int missing, size_t views) {
@@ -49,7 +51,7 @@ SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t in
   // Taken first: images that change while they are read must not look like those that were read.
   SeenFrame out{dump.frame_names()[index], time_ns, dump.Fingerprint(index), {}, 0, {}};
   const FrameImages images{inputs.rig, inputs.board, dump, index};
-  out.decoded = DecodeFrame(images, inputs.decode, std::nullopt, {}, stop);
+  out.decoded = DecodeFrame(kDriveStages, images, inputs.decode, std::nullopt, {}, stop);
   MovedViews moved = MovedViews::Decode(images, inputs.decode, stop, out.decoded);
   moved.Move(out.decoded.views);
   moved.Describe(out.decoded.reports);
@@ -59,8 +61,7 @@ SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t in
 }
 
 StageKeys DriveKeys(const v1::RegistrationSpec& spec, const DriveInputs& inputs, DrivePace pace) {
-  StageKeys keys;
-  *keys.Add() = KeyOf(Stage::kDecode, inputs.hashes, spec.options());
+  StageKeys keys = KeysOf(kDriveStages, inputs.hashes, spec.options());
   v1::StageKey& drive = *keys.Add();
   drive.set_stage(kDriveStage);
   drive.set_version(kDriveVersion);

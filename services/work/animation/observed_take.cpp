@@ -55,7 +55,7 @@ class DecodedTake : public ObservedTake {
   const Rig& rig() const override { return rig_; }
   absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& /*truth*/) override {
     const FrameImages images{rig_, board_, *dump_, index_of_frame_[static_cast<size_t>(frame)]};
-    return DecodeFrame(images, {}, std::nullopt, {}, {}).views;
+    return DecodeFrame(kNeverKept, images, {}, std::nullopt, {}, {}).views;
   }
 
  private:

@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "base/error_reason.h"
 #include "base/status_macros.h"
 #include "services/ground/process/child_environment.h"
 
@@ -66,6 +67,8 @@ absl::Status SpawnError(const std::string& program, int error) {
     case EPERM:
     case ENOEXEC:
       return absl::PermissionDeniedError(message);
+    case EAGAIN:
+      return WithReason(absl::ResourceExhaustedError(message), ErrorReason::kNoFreeThread);
     default:
       return absl::ResourceExhaustedError(message);
   }

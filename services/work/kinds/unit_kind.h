@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "services/work/kinds/work_kind.h"
+#include "services/work/pipeline/algorithm_versions.h"
 #include "services/work/pipeline/frame_folder.h"
 
 namespace weft {
@@ -19,6 +20,14 @@ struct WorkStage {
   std::string name;
   int version = 0;
 };
+
+// Those of the pipeline that it uses, and its own.
+template <Stage... kUsed>
+std::vector<WorkStage> StagesOf(StageList<kUsed...>, std::vector<WorkStage> own) {
+  std::vector<WorkStage> stages = {{StageName(kUsed), AlgorithmVersion(kUsed)}...};
+  stages.insert(stages.end(), own.begin(), own.end());
+  return stages;
+}
 
 // Inputs and options of a job by name, checked against its kind (FaultOfWork).
 class WorkArguments {

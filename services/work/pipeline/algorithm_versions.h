@@ -28,6 +28,24 @@ constexpr int AlgorithmVersion(Stage stage) {
   return kVersions[static_cast<int>(stage)];
 }
 
+// The stages of the pipeline that a kind of work uses: its keys are made of them (stage_keys.h), and what
+// computes a stage asks for it. So results of a stage that the key leaves out do not compile.
+template <Stage... kUsed>
+struct StageList {};
+
+template <Stage kStage>
+struct Computes {
+  template <Stage... kUsed>
+  requires((kUsed == kStage) || ...) constexpr Computes(StageList<kUsed...>) {
+  }  // NOLINT: each list that has the stage will do
+};
+
+inline constexpr StageList<Stage::kDecode, Stage::kTriangulate, Stage::kSecondPass, Stage::kAlign,
+                           Stage::kRefine>
+    kAllStages;
+// Of results that nobody takes up again, so that they have no key.
+inline constexpr auto kNeverKept = kAllStages;
+
 // Of driving by an avatar (services/work/animation): raised when the same inputs give other results, or their
 // reports tell other things of the driver. Decoding has its own.
 inline constexpr int kDriveVersion = 8;

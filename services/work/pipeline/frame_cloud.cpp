@@ -61,7 +61,7 @@ std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const Decod
 
 }  // namespace
 
-DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options,
+DecodedFrame DecodeFrame(Computes<Stage::kDecode>, const FrameImages& images, const DecodeOptions& options,
                          std::optional<size_t> kept_image_bytes, const FrameProgress& progress,
                          const std::stop_token& stop) {
   const size_t cameras = images.rig.cameras.size();
@@ -95,7 +95,8 @@ DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options
   return frame;
 }
 
-absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
+absl::StatusOr<Cloud> TriangulateFrame(Computes<Stage::kTriangulate>, const Rig& rig,
+                                       const std::vector<double>& camera_sigma_px,
                                        const std::vector<ViewObservations>& views,
                                        const CloudOptions& options) {
   TriangulationOptions triangulation = options.triangulation;

@@ -14,6 +14,7 @@
 #include "pattern/board/board_index.h"
 #include "pattern/view_decoder.h"
 #include "services/formats/options/pipeline_options.h"
+#include "services/work/pipeline/algorithm_versions.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"
@@ -44,14 +45,15 @@ struct DecodedFrame {
 // Decodes them in the calling thread's TBB arena. Once `stop` is requested the
 // remaining views stay empty. Images are kept for a second pass up to `kept_image_bytes` in all; none: there
 // is no second pass.
-DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options,
+DecodedFrame DecodeFrame(Computes<Stage::kDecode>, const FrameImages& images, const DecodeOptions& options,
                          std::optional<size_t> kept_image_bytes, const FrameProgress& progress,
                          const std::stop_token& stop);
 
 // The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
 // `camera_sigma_px`: what the calibration leaves, per camera of the rig; may be empty. InvalidArgument as
 // Triangulate.
-absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
+absl::StatusOr<Cloud> TriangulateFrame(Computes<Stage::kTriangulate>, const Rig& rig,
+                                       const std::vector<double>& camera_sigma_px,
                                        const std::vector<ViewObservations>& views,
                                        const CloudOptions& options);
 

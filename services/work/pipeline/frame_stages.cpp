@@ -80,7 +80,8 @@ DecodedViews DecodeViews(const RegistrationInputs& inputs, size_t index, const F
   std::optional<size_t> kept_image_bytes;
   if (options.pipeline.second_pass.enabled) kept_image_bytes = options.kept_image_bytes;
   const FrameImages images{inputs.rig, inputs.board, *inputs.dump, index};
-  DecodedFrame decoded = DecodeFrame(images, options.pipeline.decode, kept_image_bytes, part, stop);
+  DecodedFrame decoded =
+      DecodeFrame(kAllStages, images, options.pipeline.decode, kept_image_bytes, part, stop);
   MovedViews moved = MovedViews::Decode(images, options.pipeline.decode, stop, decoded);
   moved.Move(decoded.views);
   moved.Describe(decoded.reports);
@@ -133,8 +134,8 @@ class Registration {
       : inputs_(inputs), options_(options), extras_(extras), stop_(stop), frame_(frame) {}
 
   absl::Status Triangulate() {
-    absl::StatusOr<Cloud> cloud =
-        TriangulateFrame(inputs_.rig, inputs_.camera_sigma_px, frame_.views, options_.pipeline.cloud);
+    absl::StatusOr<Cloud> cloud = TriangulateFrame(kAllStages, inputs_.rig, inputs_.camera_sigma_px,
+                                                   frame_.views, options_.pipeline.cloud);
     if (cloud.ok()) frame_.cloud = *std::move(cloud);
     return cloud.status();
   }
@@ -157,8 +158,8 @@ class Registration {
       }
       decoded.moved.Undo(frame_.views);  // it adds to what was decoded
       WEFT_ASSIGN_OR_RETURN(const SecondPassResult pass,
-                            SecondPass({inputs_, index, mesh, options_.pipeline.second_pass}, stop_,
-                                       decoded.decoders, &frame_.views, frame_.report));
+                            SecondPass(kAllStages, {inputs_, index, mesh, options_.pipeline.second_pass},
+                                       stop_, decoded.decoders, &frame_.views, frame_.report));
       frame_.report.set_second_pass_rounds(round);
       decoded.moved.Move(frame_.views);
       const bool goes_on = pass.added_share >= kManyFinds && round < kMostRounds;

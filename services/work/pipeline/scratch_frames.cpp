@@ -12,6 +12,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "base/error_reason.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/posix_file.h"
@@ -194,8 +195,8 @@ absl::StatusOr<Frame> ScratchFrames::ReadView(size_t index, size_t camera) const
   absl::StatusOr<Frame> read = shared_->ReadCopy(copy->path, index, camera);
   if (read.ok()) return read;
   // Reports name what the user knows, and are the same without copies.
-  return absl::Status(read.status().code(),
-                      absl::StrReplaceAll(read.status().message(), {{copy->path, copy->from.file}}));
+  return WithMessage(read.status(),
+                     absl::StrReplaceAll(read.status().message(), {{copy->path, copy->from.file}}));
 }
 
 }  // namespace weft

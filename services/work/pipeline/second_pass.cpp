@@ -84,7 +84,8 @@ int Centers(const v1::FrameReport& report) {
 
 }  // namespace
 
-absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+absl::StatusOr<SecondPassResult> SecondPass(Computes<Stage::kSecondPass>, const SecondPassInputs& pass,
+                                            const std::stop_token& stop,
                                             const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
                                             std::vector<ViewObservations>* views, v1::FrameReport& report) {
   WEFT_ASSIGN_OR_RETURN(const PredictedSurface surface,

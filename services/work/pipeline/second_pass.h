@@ -9,6 +9,7 @@
 #include "alignment/cell_prediction.h"
 #include "pattern/view_decoder.h"
 #include "services/formats/options/pipeline_options.h"
+#include "services/work/pipeline/algorithm_versions.h"
 #include "services/work/pipeline/registration_inputs.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"
@@ -35,7 +36,8 @@ struct SecondPassResult {
 // Decoders, views and the report's views have an entry per camera of the rig, in its order. Views without a
 // decoder, or whose image is gone, stay as they are. Runs in the calling thread's TBB arena; the same result
 // at any thread count.
-absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+absl::StatusOr<SecondPassResult> SecondPass(Computes<Stage::kSecondPass>, const SecondPassInputs& pass,
+                                            const std::stop_token& stop,
                                             const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
                                             std::vector<ViewObservations>* views, v1::FrameReport& report);
 

@@ -18,8 +18,15 @@ using StageKeys = google::protobuf::RepeatedPtrField<v1::StageKey>;
 // stand alone. FrameReport.images_fingerprint identifies the frame's own images, scan and start.
 StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& options);
 
-// The one of a stage, for work that uses that stage alone.
+// The one of a stage.
 v1::StageKey KeyOf(Stage stage, const v1::InputHashes& inputs, const v1::RegistrationOptions& options);
+// Those of work that uses some stages of the pipeline, and adds its own.
+template <Stage... kUsed>
+StageKeys KeysOf(StageList<kUsed...>, const v1::InputHashes& inputs, const v1::RegistrationOptions& options) {
+  StageKeys keys;
+  ((*keys.Add() = KeyOf(kUsed, inputs, options)), ...);
+  return keys;
+}
 // As keys hold inputs and options: 16 hex digits.
 std::string HashOf(const std::string& text);
 

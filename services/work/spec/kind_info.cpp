@@ -153,6 +153,10 @@ void AddKindInfo(v1::WorkKindInfo info) {
   Infos().push_back(std::move(info));
 }
 
+bool HasFieldsOfItsOwn(const v1::RegistrationSpec& spec) {
+  return spec.has_driving() || spec.live_every() != 0;
+}
+
 std::string KindNameOf(const v1::RegistrationSpec& spec) {
   if (spec.has_work()) return spec.work().kind();
   return spec.has_driving() ? kDriveKind : kRegisterKind;

@@ -27,6 +27,9 @@ void AddKindInfo(v1::WorkKindInfo info);
 // Of the job that a spec asks for; may be that of no kind.
 std::string KindNameOf(const v1::RegistrationSpec& spec);
 
+// Whether it has fields that only kinds of WORK_START_JOB_FIELDS have, beside inputs.
+bool HasFieldsOfItsOwn(const v1::RegistrationSpec& spec);
+
 // What is wrong with a field of a request, and what to do about it; the remedy may be empty.
 struct SpecFault {
   std::string field, why, remedy = "";

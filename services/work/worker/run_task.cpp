@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/error_reason.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/process/unique_fd.h"
@@ -94,6 +95,7 @@ absl::Status ReportedToDaemon(const absl::Status& status,
     v1::WorkerEvent event;
     event.mutable_error()->set_code(absl::StatusCodeToString(status.code()));
     event.mutable_error()->set_message(std::string(status.message()));
+    event.mutable_error()->set_reason(static_cast<v1::ErrorReason>(ReasonOf(status)));
     report(event);
   }
   return status;

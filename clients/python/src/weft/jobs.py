@@ -13,7 +13,7 @@ from weft.formats.cloud import Cloud
 from weft.formats.mesh import Mesh
 from weft.formats.messages import parse_message
 from weft.formats.observations import Observations
-from weft.library import Library, Progress, reference
+from weft.library import KINDS, Library, Progress, reference
 from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
 from weft.named import Words, pairs
 from weft.storage import check_name, folder_below, written_atomically
@@ -34,8 +34,7 @@ _FILE_NAMES = {
 }
 _DAEMON_HAS = ("take:", "job:", "library:")  # what such a name begins with is no path of this machine
 T = TypeVar("T")
-_WORDS = {v1.ITEM_KIND_RIG: "rig", v1.ITEM_KIND_BOARD: "board", v1.ITEM_KIND_TEMPLATE: "template",
-          v1.ITEM_KIND_DUMP: "dump", v1.ITEM_KIND_AVATAR: "avatar"}
+_WORDS = {item: word for word, item in KINDS.items()}
 _SUBMIT_S = 600.0  # the daemon reads the inputs meanwhile
 
 

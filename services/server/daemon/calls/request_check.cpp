@@ -69,7 +69,7 @@ std::optional<SpecFault> FaultOfKind(const v1::RegistrationSpec& spec) {
   if (!spec.has_work()) return std::nullopt;
   if (kind == nullptr || kind->start() != v1::WORK_START_JOB)
     return UnknownKind(spec.work().kind(), v1::WORK_START_JOB, "spec.work.kind");
-  if (spec.has_driving() || spec.live_every() != 0)
+  if (HasFieldsOfItsOwn(spec))
     return SpecFault{"spec.work", "is given with fields of other kinds of jobs",
                      "leave spec.driving and spec.live_every out"};
   return FaultOfWork(*kind, spec.work(), "spec.work");

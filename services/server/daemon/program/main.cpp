@@ -30,7 +30,7 @@ namespace {
 std::string ConsoleFiles() {
   for (const char* place : {"../share/weft/console", "../console/dist"}) {
     const std::filesystem::path folder = std::filesystem::path(weft::ProgramBeside(place)).lexically_normal();
-    if (PathExists(folder / "index.html")) return folder.string();
+    if (weft::PathExists(folder / "index.html")) return folder.string();
   }
   return "";
 }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <set>
 
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
@@ -14,16 +13,10 @@
 namespace weft {
 namespace {
 
-// The worker's disk or its limit on files, by what WriteFileAtomically says of it.
-bool IsFullDisk(const v1::TaskError& error) {
-  return error.code() == "RESOURCE_EXHAUSTED" &&
-         (absl::StrContains(error.message(), "make room on the disk") ||
-          absl::StrContains(error.message(), "(ulimit -f)"));
-}
-
-// A moment without threads or processes, as the worker told it or as its end did.
-bool LacksThreads(const std::optional<v1::TaskError>& error, const TaskEnd& end) {
-  if (error) return error->code() == "RESOURCE_EXHAUSTED" && TellsLackOfThreads(error->message());
+// A full disk, or a moment without threads or processes: as the worker told it, or as its last words did.
+bool LacksRoom(const std::optional<v1::TaskError>& error, const TaskEnd& end) {
+  if (end.refused) return true;
+  if (error) return error->reason() != v1::ERROR_REASON_UNSPECIFIED;
   return !end.clean && TellsLackOfThreads(end.reason);
 }
 
@@ -245,8 +238,7 @@ void JobTable::ReturnFrames(RunningTask& task, const TaskEnd& end, JobTime now) 
     for (const size_t position : task.positions) frames.Requeue(position, attempt);
   };
   // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
-  const bool no_room =
-      end.refused || (task.error && IsFullDisk(*task.error)) || LacksThreads(task.error, end);
+  const bool no_room = LacksRoom(task.error, end);
   const bool given_up = task.error && task.error->code() != "CANCELLED" && !no_room;
   if (given_up && !stopping_) Abort(task.job, v1::JOB_STATE_FAILED, task.error->message());
   if (job.life.is_aborted()) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 
+#include "base/error_reason.h"
 #include "tests/capture/file_size_limit.h"
 #include "tests/capture/temp_folder.h"
 
@@ -40,6 +41,7 @@ TEST(WriteFileAtomically, KeepsTheOldFileWhenTheNewOneCannotBeCompleted) {
   EXPECT_FALSE(status.ok());
   EXPECT_THAT(status.message(), AllOf(HasSubstr(folder / "a.txt"), HasSubstr("(ulimit -f)")));
   EXPECT_THAT(status.message(), ::testing::Not(HasSubstr("make room on the disk")));
+  EXPECT_EQ(ReasonOf(status), ErrorReason::kDiskFull);
   EXPECT_EQ(ReadBytes(folder / "a.txt"), "old");
   EXPECT_EQ(Entries(folder.path()), 1u);
 }

@@ -47,7 +47,8 @@ TEST(CommandMotion, MakesTheMotionThatItsOptionsAskFor) {
                          std::to_string(made->poses.size()) + " poses\n");
   const auto expected = MakeMotion({MotionKind::kSquat, 2, 30, 5});
   ASSERT_TRUE(expected.ok()) << expected.status();
-  EXPECT_EQ(MotionHash(*made), MotionHash(*expected));
+  ASSERT_TRUE(WriteMotion(folder / "b.motion", *expected).ok());
+  EXPECT_EQ(MotionHash(*made), MotionHash(*ReadMotion(folder / "b.motion")));
 }
 
 TEST(CommandMotion, ShowsWhatAMotionHoldsAndDrawsIt) {

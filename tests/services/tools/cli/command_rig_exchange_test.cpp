@@ -1,4 +1,4 @@
-#include "services/tools/cli/command_rig_exchange.h"
+#include "services/tools/cli/commands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -100,6 +100,7 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
     WorkerEvent event;
     event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
     event.mutable_error()->set_message("weft-pcl: cannot be started (Resource temporarily unavailable)");
+    event.mutable_error()->set_reason(weft::v1::ERROR_REASON_NO_FREE_THREAD);
     Print(event);
     End(1);
   }

@@ -211,6 +211,16 @@ TEST(UnknownWork, SaysThatItIsUnknown) {
   EXPECT_EQ(KindOf(spec).FaultOf(spec)->field, "spec.work.kind");
 }
 
+TEST(StagesOf, HaveTheVersionsOfThePipelineBeforeTheirOwn) {
+  const std::vector<WorkStage> stages = StagesOf(StageList<Stage::kDecode, Stage::kAlign>(), {{"dress", 3}});
+  ASSERT_EQ(stages.size(), 3u);
+  EXPECT_EQ(stages[0].name, "decode");
+  EXPECT_EQ(stages[0].version, AlgorithmVersion(Stage::kDecode));
+  EXPECT_EQ(stages[1].name, "align");
+  EXPECT_EQ(stages[2].name, "dress");
+  EXPECT_EQ(stages[2].version, 3);
+}
+
 TEST(UnitKindDeathTest, IsNoneWithoutStages) {
   class NoStages : public UnitKind {
    public:

@@ -92,8 +92,8 @@ TEST(CalibratedCloud, TrustsCamerasAsFarAsRigJsonSaysThatTheyAreKnown) {
     ASSERT_TRUE(camera_sigma_px.ok()) << camera_sigma_px.status();
     ASSERT_EQ(camera_sigma_px->size(), 8u);
     const std::vector<ViewObservations> views = Observe(truth.rig, seed);
-    const auto knowing = TriangulateFrame(rig, *camera_sigma_px, views, {});
-    const auto unknowing = TriangulateFrame(rig, {}, views, {});
+    const auto knowing = TriangulateFrame(kNeverKept, rig, *camera_sigma_px, views, {});
+    const auto unknowing = TriangulateFrame(kNeverKept, rig, {}, views, {});
     ASSERT_TRUE(knowing.ok() && unknowing.ok());
     EXPECT_GT(knowing->points.size(), 0.95 * kRows * kCols);
     const CloudErrors k = ErrorsOf(*knowing), u = ErrorsOf(*unknowing);

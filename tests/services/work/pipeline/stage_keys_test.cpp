@@ -3,8 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <stop_token>
+#include <type_traits>
+
 #include "absl/strings/str_cat.h"
 #include "services/work/pipeline/algorithm_versions.h"
+#include "services/work/pipeline/frame_cloud.h"
 
 namespace weft {
 namespace {
@@ -64,6 +69,26 @@ TEST_F(StageKeysTest, PartAtTheStageOfTheOption) {
             "align")
       << "the second pass looks where an alignment without options expects cells";
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_frames_alone(true); }), "refine");
+}
+
+// Who leaves a stage out of the key cannot compute it.
+template <typename Stages>
+constexpr bool kMayDecode = std::is_invocable_v<decltype(DecodeFrame), Stages, FrameImages, DecodeOptions,
+                                                std::optional<size_t>, FrameProgress, std::stop_token>;
+static_assert(kMayDecode<StageList<Stage::kDecode>>);
+static_assert(kMayDecode<StageList<Stage::kTriangulate, Stage::kDecode>>);
+static_assert(!kMayDecode<StageList<Stage::kTriangulate>>);
+static_assert(!kMayDecode<StageList<>>);
+static_assert(!kMayDecode<int>);
+
+TEST_F(StageKeysTest, AreThoseOfTheStagesThatAreUsed) {
+  const StageKeys all = KeysOf(inputs_, options_);
+  EXPECT_TRUE(AreEqual(KeysOf(kAllStages, inputs_, options_), all));
+  const StageKeys some = KeysOf(StageList<Stage::kAlign, Stage::kDecode>(), inputs_, options_);
+  ASSERT_EQ(some.size(), 2);
+  EXPECT_EQ(some[0].SerializeAsString(), all[3].SerializeAsString());
+  EXPECT_EQ(some[1].SerializeAsString(), all[0].SerializeAsString());
+  EXPECT_EQ(some[1].version(), AlgorithmVersion(Stage::kDecode));
 }
 
 TEST_F(StageKeysTest, SayWhy) {

@@ -129,9 +129,8 @@ TEST_F(JobTableTasksTest, LackOfRoomIsNobodysFault) {
     TaskEnd end;
   } ends[] = {
       {std::nullopt, {.reason = "no disk for its files", .refused = true}},
-      {Error("RESOURCE_EXHAUSTED", "/r: cannot be written; make room on the disk"), {.reason = "exit 4"}},
-      {Error("RESOURCE_EXHAUSTED", "/r: File too large (ulimit -f)"), {.reason = "exit 4"}},
-      {Error("RESOURCE_EXHAUSTED", "no thread: Resource temporarily unavailable"), {.reason = "exit 4"}},
+      {Error("RESOURCE_EXHAUSTED", "voll", v1::ERROR_REASON_DISK_FULL), {.reason = "exit 4"}},
+      {Error("RESOURCE_EXHAUSTED", "keiner", v1::ERROR_REASON_NO_FREE_THREAD), {.reason = "exit 4"}},
       {std::nullopt, {.reason = "its last output: fork: Resource temporarily unavailable"}},
   };
   for (const auto& [error, end] : ends) {

@@ -83,8 +83,10 @@ class TableFixture : public ::testing::Test {
     event.mutable_finished()->set_state(state);
     return event;
   }
-  static v1::WorkerEvent Error(const std::string& code, const std::string& message) {
+  static v1::WorkerEvent Error(const std::string& code, const std::string& message,
+                               v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED) {
     v1::WorkerEvent event;
+    event.mutable_error()->set_reason(reason);
     event.mutable_error()->set_code(code);
     event.mutable_error()->set_message(message);
     return event;
