@@ -107,7 +107,7 @@ TriangleMesh MeshOfGarment(const GarmentMesh& joint, int garment,
   return mesh;
 }
 
-RegisteredMesh PartOfMesh(const GarmentSpan& garment, const RegisteredMesh& joint) {
+RegisteredMesh MeshOfSpan(const GarmentSpan& garment, const RegisteredMesh& joint) {
   const auto slice = [&](const auto& all) {
     using Slice = std::remove_cvref_t<decltype(all)>;
     if (all.empty()) return Slice();

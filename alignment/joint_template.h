@@ -26,7 +26,7 @@ absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Te
 // A garment of a joint template, or of a mesh of it: its own vertices and faces. The index must be valid.
 TriangleMesh MeshOfGarment(const GarmentMesh& joint, int garment,
                            const std::vector<Eigen::Vector3d>& vertices_mm);
-RegisteredMesh PartOfMesh(const GarmentSpan& garment, const RegisteredMesh& joint);
+RegisteredMesh MeshOfSpan(const GarmentSpan& garment, const RegisteredMesh& joint);
 
 // The rows of a board that a garment has nodes in: they tell its nodes from those of other garments.
 class GarmentRows {

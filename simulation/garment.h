@@ -26,7 +26,7 @@ enum class GarmentKind {
 std::string_view NameOf(GarmentKind kind);
 
 // One of several garments that are worn together: its vertices, faces and rows of the board are contiguous.
-struct GarmentPart {
+struct WornGarment {
   std::string name;
   int first_vertex = 0, vertices = 0;
   int first_face = 0, faces = 0;
@@ -42,7 +42,7 @@ struct Garment {
   TriangleMesh rest;                       // in a natural pose
   std::vector<VertexNode> cell_of_vertex;  // [vertices]
   ClothPrint print;  // [faces], also the flat shape: a face corner lies at cell_mm times its board point
-  std::vector<GarmentPart> parts;  // of several garments, the innermost first; empty: one garment
+  std::vector<WornGarment> worn;  // of several garments, the innermost first; empty: one garment
 };
 
 }  // namespace weft

@@ -27,14 +27,14 @@ bool IsDropped(const SyntheticTakeOptions& o, const std::string& camera_id, int 
 
 // One board for all garments of an outfit becomes one of several parts.
 void SplitBoard(const Garment& garment, Board& board) {
-  if (garment.parts.empty()) return;
+  if (garment.worn.empty()) return;
   board.panels.assign(board.cells.size(), 0);
   uint8_t label = 0;
-  for (const GarmentPart& part : garment.parts) {
+  for (const WornGarment& worn : garment.worn) {
     ++label;
-    for (int row = part.first_row; row < part.first_row + part.rows; ++row)
-      std::fill_n(board.panels.begin() + static_cast<ptrdiff_t>(row) * board.cols, part.cols, label);
-    board.parts.push_back({absl::StrCat(board.id, "-", part.name), part.first_row, part.rows, part.cols,
+    for (int row = worn.first_row; row < worn.first_row + worn.rows; ++row)
+      std::fill_n(board.panels.begin() + static_cast<ptrdiff_t>(row) * board.cols, worn.cols, label);
+    board.parts.push_back({absl::StrCat(board.id, "-", worn.name), worn.first_row, worn.rows, worn.cols,
                            garment.cell_mm, false});
   }
 }
@@ -114,8 +114,8 @@ absl::Status SyntheticTake::SetUp(const SyntheticTakeOptions& options) {
   options_ = options;
   board_ = std::move(board);
   garment_ = std::move(imported);
-  for (const GarmentPart& part : garment.parts)
-    garment_.garments.push_back({part.name, part.first_vertex, part.vertices, part.first_face, part.faces});
+  for (const WornGarment& worn : garment.worn)
+    garment_.garments.push_back({worn.name, worn.first_vertex, worn.vertices, worn.first_face, worn.faces});
   WEFT_RETURN_IF_ERROR(ChooseShown());
   return PlaceGarment();
 }
@@ -125,12 +125,12 @@ absl::Status SyntheticTake::ChooseShown() {
   shown_faces_ = garment.rest.faces;
   if (options_.show.empty()) return absl::OkStatus();
   std::string names;
-  for (const GarmentPart& part : garment.parts) {
-    absl::StrAppend(&names, names.empty() ? "" : ", ", part.name);
-    if (part.name != options_.show) continue;
+  for (const WornGarment& worn : garment.worn) {
+    absl::StrAppend(&names, names.empty() ? "" : ", ", worn.name);
+    if (worn.name != options_.show) continue;
     const auto of_part = [&](const auto& all) {
-      return std::remove_cvref_t<decltype(all)>(all.begin() + part.first_face,
-                                                all.begin() + part.first_face + part.faces);
+      return std::remove_cvref_t<decltype(all)>(all.begin() + worn.first_face,
+                                                all.begin() + worn.first_face + worn.faces);
     };
     shown_faces_ = of_part(garment.rest.faces);
     print_.of_face = of_part(garment.print.of_face);
@@ -138,7 +138,7 @@ absl::Status SyntheticTake::ChooseShown() {
     return absl::OkStatus();
   }
   return absl::InvalidArgumentError(
-      garment.parts.empty()
+      garment.worn.empty()
           ? absl::StrCat("take: show is \"", options_.show, "\", but there is one garment only")
           : absl::StrCat("take: show is \"", options_.show, "\", which is none of ", names));
 }

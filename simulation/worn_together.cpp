@@ -22,8 +22,8 @@ void AddGarment(const std::string& name, const Outfit& one, Outfit& all) {
             faces = static_cast<int>(garment.rest.faces.size());
   const int panels = faces == 0 ? 0 : sewn.panel_of_face.back() + 1;
   const int row = faces == 0 ? 0 : garment.board_rows + kRowsBetweenParts;
-  garment.parts.push_back({name, vertices, static_cast<int>(one.start_mm.size()), faces,
-                           static_cast<int>(own.rest.faces.size()), row, own.board_rows, own.board_cols});
+  garment.worn.push_back({name, vertices, static_cast<int>(one.start_mm.size()), faces,
+                          static_cast<int>(own.rest.faces.size()), row, own.board_rows, own.board_cols});
   garment.board_rows = row + own.board_rows;
   garment.board_cols = std::max(garment.board_cols, own.board_cols);
   garment.cell_mm = own.cell_mm;

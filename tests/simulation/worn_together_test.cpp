@@ -23,8 +23,8 @@ TEST(ShirtAndSkirt, EachGarmentHasItsOwnVerticesAndRowsOfTheBoard) {
   const auto both = MakeShirtAndSkirt(12);
   ASSERT_TRUE(both.ok()) << both.status();
   const Garment& garment = both->sewn.garment;
-  ASSERT_EQ(garment.parts.size(), 2);
-  const GarmentPart &inner = garment.parts[0], &outer = garment.parts[1];
+  ASSERT_EQ(garment.worn.size(), 2);
+  const WornGarment &inner = garment.worn[0], &outer = garment.worn[1];
   EXPECT_EQ(inner.name, "skirt");
   EXPECT_EQ(inner.vertices, static_cast<int>(skirt->start_mm.size()));
   EXPECT_EQ(outer.first_vertex, inner.vertices);
@@ -36,10 +36,10 @@ TEST(ShirtAndSkirt, EachGarmentHasItsOwnVerticesAndRowsOfTheBoard) {
     const VertexNode& cell = garment.cell_of_vertex[v];
     if (!cell.IsCell()) continue;
     EXPECT_TRUE(cells.insert({cell.row, cell.col}).second);
-    const GarmentPart& part = static_cast<int>(v) < outer.first_vertex ? inner : outer;
-    EXPECT_GE(cell.row, part.first_row);
-    EXPECT_LT(cell.row, part.first_row + part.rows);
-    EXPECT_LT(cell.col, part.cols);
+    const WornGarment& worn = static_cast<int>(v) < outer.first_vertex ? inner : outer;
+    EXPECT_GE(cell.row, worn.first_row);
+    EXPECT_LT(cell.row, worn.first_row + worn.rows);
+    EXPECT_LT(cell.col, worn.cols);
   }
   // The waist is the skirt's, and the shirt hangs over it.
   double waist_mm = 0, hem_mm = 0;

@@ -9,8 +9,8 @@ import { allFrames } from "../api/frames";
 import { roundRange } from "./colors";
 import type { Coloring } from "./colors";
 import { Coverage } from "./coverage";
-import { garmentsOf, partsOf } from "./garments";
-import type { GarmentPart } from "./garments";
+import { garmentsOf, spansOf } from "./garments";
+import type { GarmentSpan } from "./garments";
 import { MeshScene } from "./mesh_scene";
 import { MeshStore } from "./mesh_store";
 import type { Orbit } from "./orbit";
@@ -54,8 +54,8 @@ export class Engine {
   readonly wireframe = signal(false);
   readonly beside = signal(false);
   /** Of a joint template: its garments, and the one that is shown alone. */
-  readonly garments = signal<GarmentPart[]>([]);
-  readonly garment = signal<GarmentPart | null>(null);
+  readonly garments = signal<GarmentSpan[]>([]);
+  readonly garment = signal<GarmentSpan | null>(null);
   readonly other = signal<{ job: Job; frames: FrameInfo[] } | null>(null);
   readonly difference = signal<Difference | null>(null);
   readonly counted = signal(0); // frames that the coverage is of
@@ -148,7 +148,7 @@ export class Engine {
       this.findRanges();
       this.waiting.value = false;
       this.takeFrames(first);
-      if (!this.follows) this.garments.value = partsOf(await garmentsOf(this.client, this.jobId, first), faces);
+      if (!this.follows) this.garments.value = spansOf(await garmentsOf(this.client, this.jobId, first), faces);
     } catch (reason) {
       this.error.value = asApiError(reason);
       this.waiting.value = false;
@@ -197,9 +197,9 @@ export class Engine {
     this.coloring.value = coloring;
     this.draw();
   }
-  showGarment(garment: GarmentPart | null): void {
+  showGarment(garment: GarmentSpan | null): void {
     this.garment.value = garment;
-    this.scene.setPart(garment);
+    this.scene.setSpan(garment);
     this.draw();
   }
   setWireframe(on: boolean): void {

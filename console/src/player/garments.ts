@@ -6,7 +6,7 @@ import type { GarmentReport } from "@api/report_pb";
 import type { Client } from "../api/client";
 
 /** A garment of a joint template: its own faces, which follow each other. */
-export interface GarmentPart {
+export interface GarmentSpan {
   id: string;
   firstFace: number;
   faces: number;
@@ -20,14 +20,14 @@ export async function garmentsOf(client: Client, jobId: string, frame: string): 
 }
 
 /** Vertices of the garments follow each other, and so do the faces. */
-export function partsOf(garments: GarmentReport[], faces: Uint32Array): GarmentPart[] {
+export function spansOf(garments: GarmentReport[], faces: Uint32Array): GarmentSpan[] {
   let [vertices, firstFace] = [0, 0];
   return garments.map((garment) => {
     vertices += garment.vertices;
     let end = firstFace;
     while (3 * end < faces.length && faces[3 * end]! < vertices) ++end;
-    const part = { id: garment.id, firstFace, faces: end - firstFace };
+    const span = { id: garment.id, firstFace, faces: end - firstFace };
     firstFace = end;
-    return part;
+    return span;
   });
 }

@@ -27,7 +27,7 @@ import type { Texture } from "three";
 import type { Camera as RigCamera } from "@api/rig_pb";
 import { CLOTH_COLOR, STATE_COLORS, palette } from "./colors";
 import type { Coloring } from "./colors";
-import type { GarmentPart } from "./garments";
+import type { GarmentSpan } from "./garments";
 import { Orbit } from "./orbit";
 import { WORDS_OF_A_VERTEX, decodeVertices } from "./quantized_mesh";
 import type { EncodedMesh } from "./quantized_mesh";
@@ -163,8 +163,8 @@ export class MeshScene {
   }
 
   /** These faces alone; null: all. */
-  setPart(part: GarmentPart | null): void {
-    for (const { geometry } of this.garments) geometry.setDrawRange(part ? 3 * part.firstFace : 0, part ? 3 * part.faces : Infinity);
+  setSpan(span: GarmentSpan | null): void {
+    for (const { geometry } of this.garments) geometry.setDrawRange(span ? 3 * span.firstFace : 0, span ? 3 * span.faces : Infinity);
   }
 
   /** Decodes a mesh for the first or the second job; null: it has none of this frame. */

@@ -9,6 +9,7 @@
 #include "alignment/template_check.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/formats/files/garment_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
@@ -139,6 +140,11 @@ std::string JsonPath(const std::string& path) {
 }
 
 absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
+  if (IsMeshName(json))
+    return absl::InvalidArgumentError(absl::StrCat(
+        json,
+        ": is a mesh, and this needs a template, which knows the board cell of each vertex; `weft template "
+        "import` makes one of a mesh with a map of cells"));
   v1::Template proto;
   WEFT_RETURN_IF_ERROR(ReadJsonFile(json, proto, kInputJson));
   absl::Status status = CheckFileName(json, "mesh", proto.mesh());

@@ -170,9 +170,9 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   WEFT_RETURN_IF_ERROR(OpenDump(dump, mosaic, !request.dump.empty(), inputs));
   WEFT_RETURN_IF_ERROR(LoadTruth(request, dump, inputs));
   const fs::path beside = fs::path(dump) / "truth";
-  const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty() ? inputs.truth
-                                            : PathExists(beside)  ? beside.string()
-                                                                  : "");
+  const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty()                 ? inputs.truth
+                                            : !dump.empty() && PathExists(beside) ? beside.string()
+                                                                                  : "");
   FindFrameRate(request, times, inputs);
   WEFT_ASSIGN_OR_RETURN(inputs.frames,
                         ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times));

@@ -149,7 +149,7 @@ class GarmentSplitter {
     if (all.vertices_mm.size() < static_cast<size_t>(place_.first_vertex + place_.vertices))
       return absl::InvalidArgumentError(absl::StrCat(path, ": has ", all.vertices_mm.size(),
                                                      " vertices, fewer than the template of its job"));
-    const RegisteredMesh mesh = PartOfMesh(place_, all);
+    const RegisteredMesh mesh = MeshOfSpan(place_, all);
     DescribeMesh(mesh, garment_, *report.mutable_mesh());
     return folder.Put(
         FrameFile::kMesh,

@@ -57,6 +57,13 @@ TEST_F(TemplateFile, ReadsBackWithTheSameHash) {
   }
 }
 
+TEST_F(TemplateFile, SaysThatAMeshIsNoTemplate) {
+  const auto garment = ReadTemplate(folder_ / "shirt/mesh.ply");
+  EXPECT_EQ(garment.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(garment.status().message(), AllOf(HasSubstr("mesh.ply: is a mesh, and this needs a template"),
+                                                HasSubstr("template import")));
+}
+
 TEST_F(TemplateFile, CornersHaveAMapOfTheirOwn) {
   Template fine = garment_;
   fine.node_of_vertex[3] = {1, 1, NodeKind::kCorner};
