@@ -17,7 +17,7 @@ namespace weft {
 namespace {
 
 // Cells along a chart. More are no cloth: a face that is far longer in the texture than at rest.
-constexpr double kLongestChartCells = 8192;
+constexpr double kLongestChartCells = 4096;
 // Cells on the board between neighbours, along the axis along which they are further apart.
 constexpr double kNeighborCells = 1.01;
 // Of a face in the texture, its area against the square of its longest side: less has no direction.

@@ -106,9 +106,12 @@ absl::StatusOr<GarmentMesh> GarmentFromPly(const std::string& path, double unit_
   garment.rest.vertices_mm = InMm(std::move(garment.rest.vertices_mm), unit_mm);
   garment.texture = MeshTextureFromPly(ply);
   const auto is_bad = [](const Eigen::Vector2f& place) { return !place.allFinite(); };
-  if (std::any_of(garment.texture.of_vertex.begin(), garment.texture.of_vertex.end(), is_bad))
+  bool any_bad = std::any_of(garment.texture.of_vertex.begin(), garment.texture.of_vertex.end(), is_bad);
+  for (const auto& corners : garment.texture.of_corner)
+    any_bad = any_bad || std::any_of(corners.begin(), corners.end(), is_bad);
+  if (any_bad)
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": s or t of a vertex is not finite; export the mesh again"));
+        absl::StrCat(path, ": a texture coordinate is not finite; export the mesh again"));
   return garment;
 }
 

@@ -51,7 +51,7 @@ int CountDoubledVertices(const TriangleMesh& mesh) {
   return doubled;
 }
 
-absl::Status AddTopology(const GarmentMesh& garment, v1::GarmentMeshSummary& summary) {
+void AddTopology(const GarmentMesh& garment, v1::GarmentMeshSummary& summary) {
   const std::vector<Eigen::Vector3d>& vertices_mm = garment.rest.vertices_mm;
   const absl::StatusOr<MeshTopology> topology =
       CheckTopology(static_cast<int>(vertices_mm.size()), garment.rest.faces);
@@ -59,14 +59,13 @@ absl::Status AddTopology(const GarmentMesh& garment, v1::GarmentMeshSummary& sum
     summary.add_warnings(absl::StrCat(topology.status().message(),
                                       "; in Blender: Mesh, Normals, Recalculate Outside, or Select All by "
                                       "Trait, Non Manifold"));
-    return absl::OkStatus();
+    return;
   }
   summary.set_components(topology->components);
   std::vector<double> lengths_mm;
   for (const std::vector<int>& loop : topology->loops) lengths_mm.push_back(LoopLengthMm(loop, vertices_mm));
   std::sort(lengths_mm.begin(), lengths_mm.end(), std::greater<>());
   summary.mutable_openings_mm()->Assign(lengths_mm.begin(), lengths_mm.end());
-  return absl::OkStatus();
 }
 
 // The garment at rest as colours: red, green and blue are x, y and z within its box. Empty texels are black.
@@ -131,9 +130,9 @@ absl::Status CheckGarment(const GarmentCheckOptions& options) {
   summary.set_mesh_hash(garment.MeshHash());
   summary.set_vertices(static_cast<int>(garment.rest.vertices_mm.size()));
   summary.set_faces(static_cast<int>(garment.rest.faces.size()));
-  absl::Status status = AddTopology(garment, summary);
-  if (status.ok()) status = AddAtlas(options, garment, summary);
-  if (!status.ok()) return absl::Status(status.code(), absl::StrCat(options.mesh, ": ", status.message()));
+  AddTopology(garment, summary);
+  if (absl::Status status = AddAtlas(options, garment, summary); !status.ok())
+    return absl::Status(status.code(), absl::StrCat(options.mesh, ": ", status.message()));
   if (const int doubled = CountDoubledVertices(garment.rest); doubled > 0)
     summary.add_warnings(absl::StrCat(doubled,
                                       " vertices lie where another one does, so the cloth is open "
