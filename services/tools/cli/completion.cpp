@@ -13,7 +13,7 @@
 namespace weft {
 namespace {
 
-using Named = std::pair<std::string, std::string>;  // and what it does
+using NamedWord = std::pair<std::string, std::string>;  // and what it does
 
 struct CompletedOption {
   std::vector<std::string> names;
@@ -23,7 +23,7 @@ struct CompletedOption {
 
 struct CompletedCommand {
   std::string path;  // "weft take record"
-  std::vector<Named> commands;
+  std::vector<NamedWord> commands;
   std::vector<CompletedOption> options;
 };
 
@@ -145,7 +145,7 @@ std::string BashCompletion(const CLI::App& app) {
   absl::StrAppend(&out, "  esac\n  case $command in\n");
   for (const CompletedCommand& command : commands) {
     std::vector<std::string> names, options;
-    for (const Named& sub : command.commands) names.push_back(sub.first);
+    for (const NamedWord& sub : command.commands) names.push_back(sub.first);
     for (const CompletedOption& option : command.options) {
       options.insert(options.end(), option.names.begin(), option.names.end());
     }
