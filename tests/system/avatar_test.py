@@ -10,29 +10,22 @@ import tempfile
 import unittest
 
 from daemon_process import DaemonProcess
+from shirt_studio import make_shirt_studio
 from studio import BIN, read, results, temporary_files, vertex_states, wait_for, weft, write
 
-CELL_MM = 20
 DRIVEN = 4
 
 
 def setUpModule():
-    """Motions without pictures to learn from, one with pictures of three cameras to be driven, and the avatar."""
+    """Motions without pictures to learn from, one with pictures of three cameras to be driven, and the avatar. One of
+    each for a whole run of ctest."""
     global folder, take, avatar, sources
     folder = tempfile.TemporaryDirectory(prefix="weft avatar ")
-    take, avatar = path("take"), path("shirt.avatar")
-    sources = []
-    for kind, seed, frames in (("twist", 1, 60), ("twist", 2, 12)):
-        motion = path(f"{kind}-{seed}.motion")
-        weft("motion", "make", "--kind", kind, "--seconds", 4, "--seed", seed, "--out", motion, check=0)
-        is_learnt = seed == 1
-        out = path(f"{kind}-{seed}") if is_learnt else take
-        pictures = ["--no-pictures"] if is_learnt else ["--cameras", 3, "--width-px", 480, "--height-px", 384]
-        weft("simulate", "--preset", "shirt-drive", "--cell-mm", CELL_MM, "--motion", motion, "--frames", frames,
-             *pictures, "--out", out, check=0, patience_s=600)
-        if is_learnt:
-            sources.append(out)
-    weft("avatar", "train", *sources, "--components", 12, "--out", avatar, check=0)
+    shared = os.environ.get("WEFT_SHIRT_STUDIO") or folder.name
+    if shared == folder.name:
+        make_shirt_studio(shared)
+    take, avatar = os.path.join(shared, "take"), os.path.join(shared, "shirt.avatar")
+    sources = [os.path.join(shared, "twist-1")]
 
 
 def tearDownModule():
