@@ -105,7 +105,7 @@ std::optional<int64_t> SecondsOf(const std::string& digits, bool has_day) {
   return day_s + 3600 * hour + 60 * minute + second;
 }
 
-struct ClockReading {
+struct NamedReading {
   NameClocks clocks;
   ClockLayout layout;
   bool is_padded = false;  // zeros were missing
@@ -124,8 +124,8 @@ int64_t UnitsInASecond(const std::vector<std::string>& digits, const ClockLayout
   return std::find(kRates.begin(), kRates.end(), timecode_fps) == kRates.end() ? 0 : timecode_fps;
 }
 
-std::optional<ClockReading> ReadAs(const std::vector<Runs>& names, const ClockLayout& layout) {
-  ClockReading out{{}, layout};
+std::optional<NamedReading> ReadAs(const std::vector<Runs>& names, const ClockLayout& layout) {
+  NamedReading out{{}, layout};
   out.clocks.has_day = layout.has_day;
   std::vector<std::string> digits;
   for (const Runs& runs : names) digits.push_back(DigitsOf(runs, layout));
@@ -164,7 +164,7 @@ Span DifferingRuns(const std::vector<Runs>& names) {
 }
 
 // With a day first, and of as few runs as can be first.
-void AddReadings(const std::vector<Runs>& names, std::vector<ClockReading>& out) {
+void AddReadings(const std::vector<Runs>& names, std::vector<NamedReading>& out) {
   if (!std::all_of(names.begin(), names.end(), [&](const Runs& one) { return AreAlike(one, names[0]); }))
     return;
   const size_t runs = names.front().digits.size();
@@ -173,7 +173,7 @@ void AddReadings(const std::vector<Runs>& names, std::vector<ClockReading>& out)
     for (size_t first = std::min(differing.first + 1, runs); first-- > 0;) {
       for (size_t end = runs; end > first && end >= differing.end; --end) {
         const std::optional<ClockLayout> layout = ClockLayoutOf(names.front(), first, end, has_day);
-        std::optional<ClockReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
+        std::optional<NamedReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
         if (reading) out.push_back(*std::move(reading));
       }
     }
@@ -181,7 +181,7 @@ void AddReadings(const std::vector<Runs>& names, std::vector<ClockReading>& out)
 }
 
 // Numbers without leading zeros: 5:59.999 as 559999. Nothing where there are no such.
-std::optional<ClockReading> ReadPadded(std::vector<Runs> names) {
+std::optional<NamedReading> ReadPadded(std::vector<Runs> names) {
   constexpr size_t kShortest = 5, kMilliseconds = kTimeDigits + 3;
   const Span differing = DifferingRuns(names);
   if (differing.end != differing.first + 1) return std::nullopt;
@@ -195,21 +195,21 @@ std::optional<ClockReading> ReadPadded(std::vector<Runs> names) {
   if (shortest == kMilliseconds || longest > kMilliseconds || longest < kShortest) return std::nullopt;
   const std::optional<ClockLayout> layout =
       ClockLayoutOf(names.front(), differing.first, differing.end, false);
-  std::optional<ClockReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
+  std::optional<NamedReading> reading = layout ? ReadAs(names, *layout) : std::nullopt;
   if (reading) reading->is_padded = true;
   return reading;
 }
 
-std::vector<ClockReading> ReadingsOf(const std::vector<std::string>& names) {
+std::vector<NamedReading> ReadingsOf(const std::vector<std::string>& names) {
   std::vector<Runs> all;
   for (const std::string& name : names) {
     all.push_back(RunsOf(name));
     if (all.back().between != all.front().between) return {};
   }
-  std::vector<ClockReading> out;
+  std::vector<NamedReading> out;
   if (all.empty() || all.front().digits.empty()) return out;
   AddReadings(all, out);
-  if (std::optional<ClockReading> padded = ReadPadded(std::move(all))) out.push_back(*std::move(padded));
+  if (std::optional<NamedReading> padded = ReadPadded(std::move(all))) out.push_back(*std::move(padded));
   return out;
 }
 
@@ -231,7 +231,7 @@ bool GoesOver(int64_t border_ns, const std::vector<int64_t>& times_ns, int64_t u
 }
 
 // Numbers would go on where clocks go over a border.
-bool IsNoNumber(const ClockReading& reading) {
+bool IsNoNumber(const NamedReading& reading) {
   constexpr int64_t kShortest_ns = 2'000'000, kLongest_ns = 1'100'000'000, kHour_ns = 60 * kMinute_ns;
   constexpr int64_t kLeftOut_ns = 40 * kSecond_ns;  // 60 to 99 seconds
   const std::vector<int64_t>& times_ns = reading.clocks.times_ns;
@@ -250,14 +250,14 @@ bool IsNoNumber(const ClockReading& reading) {
 
 std::optional<NameClocks> ReadNameClocks(const std::vector<std::string>& names) {
   if (std::optional<NameClocks> clocks = ClocksInNames(names)) return clocks;
-  std::vector<ClockReading> readings = ReadingsOf(names);
+  std::vector<NamedReading> readings = ReadingsOf(names);
   if (readings.empty()) return std::nullopt;
   return std::move(readings.front().clocks);
 }
 
 std::optional<NameClocks> ClocksInNames(const std::vector<std::string>& names) {
   if (names.size() < 2) return std::nullopt;
-  for (ClockReading& reading : ReadingsOf(names))
+  for (NamedReading& reading : ReadingsOf(names))
     if (IsNoNumber(reading)) return std::move(reading.clocks);
   return std::nullopt;
 }

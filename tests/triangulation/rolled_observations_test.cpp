@@ -11,7 +11,7 @@ namespace {
 constexpr double kMoment_s = 0.4;
 
 // A node's pixel: it moves evenly, and nodes beside each other alike.
-Observation SeenNode(int row, int col, double time_s) {
+Observation ObservedNode(int row, int col, double time_s) {
   return {100 + 8.0 * col + (300 + 2 * row) * time_s,
           50 + 8.0 * row - (120 - col) * time_s,
           {row, col, NodeKind::kCenter},
@@ -22,7 +22,8 @@ Observation SeenNode(int row, int col, double time_s) {
 SeenAt View(double time_s) {
   SeenAt seen{time_s, {}};
   for (int row = 0; row < 10; ++row)
-    for (int col = 0; col < 10; ++col) seen.observations.push_back(SeenNode(row, col, kMoment_s + time_s));
+    for (int col = 0; col < 10; ++col)
+      seen.observations.push_back(ObservedNode(row, col, kMoment_s + time_s));
   return seen;
 }
 
@@ -31,7 +32,7 @@ TEST(RolledObservations, AreWhereTheirNodesWereAtTheMoment) {
     const std::vector<Observation> rolled = RollToMoment(View(own_s), View(other_s));
     ASSERT_EQ(rolled.size(), 100u);
     for (const Observation& seen : rolled) {
-      const Observation truth = SeenNode(seen.node.row, seen.node.col, kMoment_s);
+      const Observation truth = ObservedNode(seen.node.row, seen.node.col, kMoment_s);
       EXPECT_NEAR(seen.x_px, truth.x_px, 1e-9);
       EXPECT_NEAR(seen.y_px, truth.y_px, 1e-9);
       EXPECT_LE(seen.sigma_px, 0.1f);
@@ -51,7 +52,7 @@ TEST(RolledObservations, ThatTheOtherFrameLacksMoveWithTheirNeighbors) {
   const std::vector<Observation> rolled = RollToMoment(View(0.013), other);
   ASSERT_EQ(rolled.size(), 100u);
   for (const Observation& seen : rolled) {
-    const Observation truth = SeenNode(seen.node.row, seen.node.col, kMoment_s);
+    const Observation truth = ObservedNode(seen.node.row, seen.node.col, kMoment_s);
     EXPECT_NEAR(seen.x_px, truth.x_px, 0.03);
     EXPECT_NEAR(seen.y_px, truth.y_px, 0.03);
     EXPECT_GE(seen.sigma_px, seen.node.row == 4 ? 0.1f : 0.05f);

@@ -21,7 +21,7 @@ auto MeanOfVertices(ErrorTally MeshScore::*kind) {
   };
 }
 
-MeasureValue IntersectingPairs(Frame f) {
+MeasureValue PairsThatIntersect(Frame f) {
   if (!f.metrics.self_intersections) return std::nullopt;
   return static_cast<double>(*f.metrics.self_intersections);
 }
@@ -77,7 +77,7 @@ std::vector<EvaluationMeasure> OfMotion() {
        [](Frame f) { return f.metrics.distortion_mm; }},
       {"geodesic_distortion_relative", "Geodesic distortion, of the distance", "%", 2, kLower,
        [](Frame f) { return f.metrics.distortion_relative; }},
-      {"self_intersecting_pairs", "Self-intersections, pairs of faces", "", 1, kLower, IntersectingPairs},
+      {"self_intersecting_pairs", "Self-intersections, pairs of faces", "", 1, kLower, PairsThatIntersect},
       // A mesh that is too smooth trembles less as well.
       mean("jitter_observed_mm", "Jitter, observed", "mm", 3, kNeither, &M::jitter_observed_mm),
       mean("jitter_inferred_mm", "Jitter, inferred", "mm", 3, kNeither, &M::jitter_inferred_mm),

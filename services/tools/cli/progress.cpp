@@ -13,7 +13,7 @@
 namespace weft {
 namespace {
 
-std::string Duration(double seconds) {
+std::string ShortDuration(double seconds) {
   const auto s = static_cast<int64_t>(seconds + 0.5);
   if (s >= 3600) return absl::StrFormat("%d:%02d:%02d", s / 3600, s / 60 % 60, s % 60);
   return absl::StrFormat("%d:%02d", s / 60, s % 60);
@@ -37,9 +37,9 @@ std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total
                          : absl::StrFormat("  %3d %%", total == 0 ? 100 : 100 * done / total);
   if (done > 0 && done < total) {
     const double left_s = elapsed_s / static_cast<double>(done) * static_cast<double>(total - done);
-    absl::StrAppend(&tail, "  ", Duration(left_s), " left");
+    absl::StrAppend(&tail, "  ", ShortDuration(left_s), " left");
   } else if (done == total) {
-    absl::StrAppend(&tail, "  ", Duration(elapsed_s));
+    absl::StrAppend(&tail, "  ", ShortDuration(elapsed_s));
   }
   const int space = width - static_cast<int>(label.size() + tail.size()) - 4;
   const int bar = std::min(space, 40);

@@ -11,7 +11,8 @@
 namespace weft {
 namespace {
 
-constexpr int64_t kMs = 1'000'000, kOneSecond = 1'000 * kMs, kMinute = 60 * kOneSecond, kHour = 60 * kMinute;
+constexpr int64_t kMsInNs = 1'000'000, kOneSecond = 1'000 * kMsInNs, kMinute = 60 * kOneSecond,
+                  kHour = 60 * kMinute;
 
 using ::testing::ElementsAre;
 
@@ -22,23 +23,24 @@ std::vector<int64_t> Clocks(const std::vector<std::string>& names) {
 
 TEST(NameClocks, AreReadOverTheEndOfAMinuteAndAnHour) {
   EXPECT_THAT(Clocks({"101559966", "101600000", "101600033"}),
-              ElementsAre(10 * kHour + 16 * kMinute - 34 * kMs, 10 * kHour + 16 * kMinute,
-                          10 * kHour + 16 * kMinute + 33 * kMs));
-  EXPECT_THAT(Clocks({"img_105959960.l", "img_110000000.l"}), ElementsAre(11 * kHour - 40 * kMs, 11 * kHour));
+              ElementsAre(10 * kHour + 16 * kMinute - 34 * kMsInNs, 10 * kHour + 16 * kMinute,
+                          10 * kHour + 16 * kMinute + 33 * kMsInNs));
+  EXPECT_THAT(Clocks({"img_105959960.l", "img_110000000.l"}),
+              ElementsAre(11 * kHour - 40 * kMsInNs, 11 * kHour));
   EXPECT_THAT(Clocks({"101558", "101559", "101600"}),
               ElementsAre(10 * kHour + 15 * kMinute + 58 * kOneSecond,
                           10 * kHour + 15 * kMinute + 59 * kOneSecond, 10 * kHour + 16 * kMinute));
   EXPECT_THAT(Clocks({"000059983333", "000100000000", "000100016667"}),
               ElementsAre(kMinute - 16'667'000, kMinute, kMinute + 16'667'000));
   // A number of the clock's digits, and a stopwatch.
-  EXPECT_THAT(Clocks({"95959960", "100000000"}), ElementsAre(10 * kHour - 40 * kMs, 10 * kHour));
-  EXPECT_THAT(Clocks({"59960", "100000"}), ElementsAre(kMinute - 40 * kMs, kMinute));
+  EXPECT_THAT(Clocks({"95959960", "100000000"}), ElementsAre(10 * kHour - 40 * kMsInNs, 10 * kHour));
+  EXPECT_THAT(Clocks({"59960", "100000"}), ElementsAre(kMinute - 40 * kMsInNs, kMinute));
 }
 
 TEST(NameClocks, HaveADayOrMarks) {
   constexpr int64_t kDay_ns = 1'623'801'600 * kOneSecond;  // 2021-06-16, `date -u -d 2021-06-16 +%s`
-  const int64_t first = kDay_ns + 10 * kHour + 15 * kMinute + kOneSecond + 980 * kMs,
-                second = first + 40 * kMs;
+  const int64_t first = kDay_ns + 10 * kHour + 15 * kMinute + kOneSecond + 980 * kMsInNs,
+                second = first + 40 * kMsInNs;
   for (const auto& [a, b] : {std::pair("2021-06-16_10-15-01.980", "2021-06-16_10-15-02.020"),
                              {"20210616101501980", "20210616101502020"},
                              {"c3_20210616_101501980", "c3_20210616_101502020"},
@@ -47,7 +49,7 @@ TEST(NameClocks, HaveADayOrMarks) {
     ASSERT_TRUE(clocks) << a;
     EXPECT_TRUE(clocks->has_day) << a;
     EXPECT_THAT(clocks->times_ns, ElementsAre(first, second)) << a;
-    EXPECT_EQ(clocks->unit_ns, kMs);
+    EXPECT_EQ(clocks->unit_ns, kMsInNs);
   }
   EXPECT_THAT(Clocks({"cam01_10_15_01_980", "cam01_10_15_02_020"}),
               ElementsAre(first - kDay_ns, second - kDay_ns));
@@ -58,7 +60,7 @@ TEST(NameClocks, OfATimecodeCountFrames) {
   std::vector<int64_t> truth;
   for (int frame = 20; frame < 60; ++frame) {
     names.push_back(absl::StrFormat("shot_01_00_%02d_%02d", frame / 25, frame % 25));
-    truth.push_back(kHour + frame * 40 * kMs);
+    truth.push_back(kHour + frame * 40 * kMsInNs);
   }
   EXPECT_EQ(Clocks(names), truth);
   EXPECT_EQ(ClocksInNames(names)->timecode_fps, 25);
@@ -99,7 +101,7 @@ TEST(NameClocks, AreReadAsTheyWereWritten) {
         std::vector<int64_t> truth;
         const int64_t unit = static_cast<int64_t>(std::pow(10, 9 - digits));
         for (int frame = 0; frame < 4 * static_cast<int>(fps); ++frame) {
-          const auto ns = start_ms * kMs + static_cast<int64_t>(1e9 / fps * frame);
+          const auto ns = start_ms * kMsInNs + static_cast<int64_t>(1e9 / fps * frame);
           truth.push_back(ns / unit * unit);
           names.push_back(absl::StrFormat("%02d%02d%02d%0*d", ns / kHour, ns / kMinute % 60,
                                           ns / kOneSecond % 60, digits, ns % kOneSecond / unit));

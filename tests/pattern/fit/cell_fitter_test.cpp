@@ -61,7 +61,7 @@ CellPose Disturbed(const CellPose& f, float move, float shape, std::mt19937& ran
           f.bx + shear * f.ax,       f.by + shear * f.ay};
 }
 
-const Board& TestBoard() {
+const Board& FittedBoard() {
   static const Board board = *GenerateBoard(60, 60, 3, 5);
   return board;
 }
@@ -75,7 +75,7 @@ TEST(CellFitter, RecoversThePoseFromAQuarterOfACellAway) {
                            .angle_deg = 20 + 50 * pitch_px,
                            .bend_cells = 0.1,
                            .noise = 0.5};
-    const Fitting fitting(photo, TestBoard());
+    const Fitting fitting(photo, FittedBoard());
     double squares = 0, edge_squares = 0, n = 0;
     for (const PlacedCell& cell : fitting.Cells(2)) {
       const CellPose start = Disturbed(cell.pose, 0.25f, 0.06f, random);
@@ -109,7 +109,7 @@ TEST(CellFitter, SigmaIsTrueOverTheNoise) {
                                .bend_cells = 0.05,
                                .noise = noise,
                                .seed = seed};
-        const Fitting fitting(photo, TestBoard());
+        const Fitting fitting(photo, FittedBoard());
         for (const PlacedCell& cell : fitting.Cells(2)) {
           const CellFit fit = FitAt(fitting.fitter(), cell.row, cell.col, cell.pose, kAll, kIterations);
           if (!fit.converged) continue;
@@ -133,7 +133,7 @@ TEST(CellFitter, SigmaIsTrueOverTheNoise) {
 
 TEST(CellFitter, RejectsOtherCellsEarlyAndRightOnesNever) {
   const Photograph photo{.width_px = 120, .height_px = 110, .bend_cells = 0.2};
-  const Fitting fitting(photo, TestBoard());
+  const Fitting fitting(photo, FittedBoard());
   std::mt19937 random(3);
   constexpr float kLeast = 0.5f;
   int wrong = 0, rejected = 0;
@@ -144,7 +144,7 @@ TEST(CellFitter, RejectsOtherCellsEarlyAndRightOnesNever) {
     EXPECT_TRUE(limited.converged);
     EXPECT_EQ(limited.pose.x, free.pose.x);
     EXPECT_EQ(limited.explained, free.explained);
-    const int row = (cell.row + 23) % TestBoard().rows, col = (cell.col + 31) % TestBoard().cols;
+    const int row = (cell.row + 23) % FittedBoard().rows, col = (cell.col + 31) % FittedBoard().cols;
     const CellFit other = FitAt(fitting.fitter(), row, col, start, kAll, kIterations, kLeast);
     const CellFit to_the_end = FitAt(fitting.fitter(), row, col, start, kAll, kIterations);
     ++wrong;
@@ -160,7 +160,7 @@ TEST(CellFitter, RejectsOtherCellsEarlyAndRightOnesNever) {
 TEST(CellFitter, AStepExplainsWhatItPredicts) {
   const Photograph photo{
       .width_px = 160, .height_px = 140, .pitch_px = 8, .angle_deg = 25, .noise = 2, .seed = 4};
-  const Fitting fitting(photo, TestBoard());
+  const Fitting fitting(photo, FittedBoard());
   std::mt19937 random(5);
   double gained = 0, predicted = 0;
   for (const PlacedCell& truth : fitting.Cells(2)) {
@@ -181,8 +181,8 @@ TEST(CellFitter, AStepExplainsWhatItPredicts) {
 
 TEST(CellFitter, InksAreComparedOnTheCellItself) {
   const Photograph photo{.width_px = 120, .height_px = 110, .bend_cells = 0.2};
-  const Frame frame = Render(photo, TestBoard());
-  const Fitting fitting(photo, TestBoard(), frame);
+  const Frame frame = Render(photo, FittedBoard());
+  const Fitting fitting(photo, FittedBoard(), frame);
   for (const PlacedCell& cell : fitting.Cells(5)) {
     const CellFit fit = FitAt(fitting.fitter(), cell.row, cell.col, cell.pose, kAll, kIterations);
     // The right ink fits as well as can be: any other changes what it changes.
@@ -190,7 +190,7 @@ TEST(CellFitter, InksAreComparedOnTheCellItself) {
     EXPECT_GT(fit.ink_lead, 0.5f * squared);
     EXPECT_LT(fit.ink_lead, 1.6f * squared);
     // The same place, read with another ink in the middle.
-    Board changed = TestBoard();
+    Board changed = FittedBoard();
     CellColor& ink = changed.cells[static_cast<size_t>(cell.row) * changed.cols + cell.col];
     ink = static_cast<CellColor>((static_cast<int>(ink) + 3) % kCellColors);
     const Fitting other(photo, changed, frame);
@@ -202,9 +202,9 @@ TEST(CellFitter, InksAreComparedOnTheCellItself) {
 TEST(CellFitter, WhatIsMaskedDoesNotCount) {
   const Photograph photo{
       .width_px = 130, .height_px = 120, .pitch_px = 8, .angle_deg = 0, .bend_cells = 0, .noise = 1};
-  const Frame frame = Render(photo, TestBoard());
+  const Frame frame = Render(photo, FittedBoard());
   double with_mask = 0, without = 0, n = 0;
-  for (const PlacedCell& cell : TrueCells(photo, TestBoard(), 2, 9)) {
+  for (const PlacedCell& cell : TrueCells(photo, FittedBoard(), 2, 9)) {
     Frame covered = frame;
     auto pixels = std::make_shared<std::vector<uint8_t>>(*frame.pixels);
     const int first = static_cast<int>(std::ceil(cell.pose.x + 0.1f * cell.pose.ax));
@@ -212,7 +212,7 @@ TEST(CellFitter, WhatIsMaskedDoesNotCount) {
       std::fill_n(&(*pixels)[3 * (static_cast<size_t>(y) * frame.width_px + first)],
                   3 * (frame.width_px - first), 160);
     covered.pixels = pixels;
-    const Fitting fitting(photo, TestBoard(), covered);
+    const Fitting fitting(photo, FittedBoard(), covered);
     SampleMask mask;
     for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) mask.weights[k] = k % kCellSide < 4 ? 1.0f : 0.0f;
     const CellFit fit =
@@ -229,7 +229,7 @@ TEST(CellFitter, WhatIsMaskedDoesNotCount) {
 
 TEST(CellFitter, CellsAtTheBorderAreFittedWithWhatIsInThePicture) {
   const Photograph photo{.width_px = 120, .height_px = 110, .pitch_px = 7, .bend_cells = 0.1, .noise = 1};
-  const Fitting fitting(photo, TestBoard());
+  const Fitting fitting(photo, FittedBoard());
   int cut = 0;
   for (const PlacedCell& cell : fitting.Cells(1, 0.3)) {
     const bool inside = std::min({cell.pose.x, cell.pose.y, 119 - cell.pose.x, 109 - cell.pose.y}) > 12;
@@ -249,7 +249,7 @@ TEST(CellFitter, FlatClothIsNoPrint) {
   const Photograph photo{.width_px = 100, .height_px = 90};
   Photograph cloth = photo;
   cloth.rows = cloth.cols = 0;
-  const Fitting fitting(photo, TestBoard(), Render(cloth, TestBoard()));
+  const Fitting fitting(photo, FittedBoard(), Render(cloth, FittedBoard()));
   for (const PlacedCell& cell : fitting.Cells(7)) {
     const CellFit fit = FitAt(fitting.fitter(), cell.row, cell.col, cell.pose, kAll, kIterations);
     EXPECT_TRUE(!fit.converged || fit.explained < 0.4) << fit.explained;
@@ -265,10 +265,10 @@ TEST(CellFitter, ACenterAloneIsPulledToWhereItIs) {
                            .pitch_px = pitch_px,
                            .bend_cells = 0.1,
                            .noise = 0.5};
-    const Fitting fitting(photo, TestBoard());
+    const Fitting fitting(photo, FittedBoard());
     double squares = 0, n = 0;
     for (const PlacedCell& cell : fitting.Cells(2)) {
-      NineCenters nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+      NineCenters nodes = TrueNodes(photo, FittedBoard(), cell.row, cell.col);
       const float x = nodes.x[4], y = nodes.y[4];
       nodes.x[4] += off(random) * static_cast<float>(pitch_px);
       nodes.y[4] += off(random) * static_cast<float>(pitch_px);
@@ -291,7 +291,7 @@ TEST(CellFitter, ACenterAloneIsPulledToWhereItIs) {
 // Half the slope of the residuals' squares, by finite differences of what the fit says is left.
 TEST(CellFitter, ThePullIsTheSlopeOfTheResiduals) {
   const Photograph photo{.width_px = 100, .height_px = 90, .pitch_px = 6.5, .bend_cells = 0.1, .noise = 0};
-  const Fitting fitting(photo, TestBoard());
+  const Fitting fitting(photo, FittedBoard());
   double weight = 0;
   for (int k = 0; k < kCellSide * kCellSide; ++k) {
     const double u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
@@ -299,7 +299,7 @@ TEST(CellFitter, ThePullIsTheSlopeOfTheResiduals) {
   }
   double mixed = 0, numeric_squares = 0, pull_squares = 0;
   for (const PlacedCell& cell : fitting.Cells(3)) {
-    NineCenters nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+    NineCenters nodes = TrueNodes(photo, FittedBoard(), cell.row, cell.col);
     nodes.x[4] += 0.25f;
     nodes.y[4] -= 0.2f;
     CenterNormal pull;
@@ -329,10 +329,10 @@ TEST(CellFitter, ThePullIsTheSlopeOfTheResiduals) {
 TEST(CellFitter, WhereNeighborsAreUnknownThePrintIsTrusted) {
   const Photograph photo{
       .width_px = 120, .height_px = 110, .pitch_px = 8, .angle_deg = 0, .bend_cells = 0, .noise = 1};
-  const Frame frame = Render(photo, TestBoard());
+  const Frame frame = Render(photo, FittedBoard());
   const NeighborWeights border = {1, 1, 0.4f, 1, 1, 0.4f, 1, 1, 0.4f};
   double trusting = 0, plain = 0;
-  for (const PlacedCell& cell : TrueCells(photo, TestBoard(), 2, 9)) {
+  for (const PlacedCell& cell : TrueCells(photo, FittedBoard(), 2, 9)) {
     Frame covered = frame;
     auto pixels = std::make_shared<std::vector<uint8_t>>(*frame.pixels);
     const int first = static_cast<int>(std::ceil(cell.pose.x + 0.3f * cell.pose.ax));
@@ -340,8 +340,8 @@ TEST(CellFitter, WhereNeighborsAreUnknownThePrintIsTrusted) {
       std::fill_n(&(*pixels)[3 * (static_cast<size_t>(y) * frame.width_px + first)],
                   3 * (frame.width_px - first), 200);
     covered.pixels = pixels;
-    const Fitting fitting(photo, TestBoard(), covered);
-    const NineCenters nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+    const Fitting fitting(photo, FittedBoard(), covered);
+    const NineCenters nodes = TrueNodes(photo, FittedBoard(), cell.row, cell.col);
     const auto moved_px = [&](const NeighborWeights& weights) {
       CenterNormal pull;
       if (!fitting.fitter().FitCenter(cell.row, cell.col, nodes, weights, &pull).converged) return 8.0;
@@ -358,10 +358,10 @@ TEST(CellFitter, WhereNeighborsAreUnknownThePrintIsTrusted) {
 // What is wanted of a fit decides how much is computed, not what.
 TEST(CellFitter, ExplainsAsMuchWhereNoPullIsAskedFor) {
   const Photograph photo{.width_px = 100, .height_px = 90, .pitch_px = 6.5, .bend_cells = 0.1};
-  const Fitting fitting(photo, TestBoard());
+  const Fitting fitting(photo, FittedBoard());
   const NeighborWeights border = {1, 1, 0.4f, 1, 1, 0.4f, 1, 1, 0.4f};
   for (const PlacedCell& cell : fitting.Cells(3)) {
-    const NineCenters nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+    const NineCenters nodes = TrueNodes(photo, FittedBoard(), cell.row, cell.col);
     CenterNormal pull;
     const CellFit with = fitting.fitter().FitCenter(cell.row, cell.col, nodes, border, &pull);
     const CellFit without = fitting.fitter().FitCenter(cell.row, cell.col, nodes, border, nullptr);

@@ -32,12 +32,12 @@ struct Strip {
 };
 
 // Blobs of strips, and of each a patch of one cell with a frame, which is (0, 0) there.
-struct Scene {
+struct ExtensionScene {
   std::vector<LooseBlob> blobs;
   std::vector<BoardCell> cells;  // of the blobs
   std::vector<LevelPatch> patches;
 
-  Scene(const std::vector<Strip>& strips, int level = 0) {
+  ExtensionScene(const std::vector<Strip>& strips, int level = 0) {
     for (const Strip& strip : strips) {
       for (int row = 0; row < strip.rows; ++row) {
         for (int col = 0; col < strip.cols; ++col) {
@@ -72,7 +72,7 @@ struct Scene {
 
 TEST(ExtendPatches, FollowsABentStripFromOneFrame) {
   for (const int level : {0, 1}) {
-    const Scene scene({{36, 3, 60}}, level);
+    const ExtensionScene scene({{36, 3, 60}}, level);
     const auto extended = ExtendPatches(GreyPyramid(), scene.patches, scene.blobs);
     ASSERT_EQ(extended.size(), 1u);
     EXPECT_EQ(extended[0].points.size(), 108u);
@@ -91,7 +91,7 @@ TEST(ExtendPatches, FollowsABentStripFromOneFrame) {
 }
 
 TEST(ExtendPatches, FramesOfTwoStepsAreHalved) {
-  Scene scene({{36, 3, 60}});
+  ExtensionScene scene({{36, 3, 60}});
   PatchCell& start = scene.patches[0].measured.lattice.cells[0];
   start.by *= 2;
   const auto extended = ExtendPatches(GreyPyramid(), scene.patches, scene.blobs);
@@ -100,7 +100,7 @@ TEST(ExtendPatches, FramesOfTwoStepsAreHalved) {
 }
 
 TEST(ExtendPatches, FramesThatLeadNowhereTakeNothing) {
-  Scene scene({{36, 3, 60}});
+  ExtensionScene scene({{36, 3, 60}});
   // The first patch has a frame askew, from which hardly any cell follows.
   LevelPatch askew = scene.patches[0];
   askew.measured.lattice.cells[0].ax = 3;
@@ -114,20 +114,20 @@ TEST(ExtendPatches, FramesThatLeadNowhereTakeNothing) {
 }
 
 TEST(ExtendPatches, ABlobJoinsOnePatchOfItsLevel) {
-  const Scene near({{36, 3, 60}, {36, 3, 75}, {36, 3, 120}});
+  const ExtensionScene near({{36, 3, 60}, {36, 3, 75}, {36, 3, 120}});
   std::map<std::pair<float, float>, int> joined;
   for (const LevelPatch& patch : ExtendPatches(GreyPyramid(), near.patches, near.blobs)) {
     for (const Keypoint& p : patch.points) ++joined[{p.x_px, p.y_px}];
   }
   EXPECT_EQ(joined.size(), near.blobs.size());
   for (const auto& [point, times] : joined) EXPECT_EQ(times, 1);
-  Scene other({{36, 3, 60}});
+  ExtensionScene other({{36, 3, 60}});
   for (LooseBlob& blob : other.blobs) blob.level = 1;
   EXPECT_TRUE(ExtendPatches(GreyPyramid(), other.patches, other.blobs).empty());
 }
 
 TEST(ExtendPatches, NothingStartsFromCellsThatAreKnown) {
-  Scene scene({{36, 3, 60}});
+  ExtensionScene scene({{36, 3, 60}});
   const Keypoint start = scene.patches[0].points[0];
   std::erase_if(scene.blobs,
                 [&](const LooseBlob& blob) { return blob.x_px == start.x_px && blob.y_px == start.y_px; });
@@ -135,7 +135,7 @@ TEST(ExtendPatches, NothingStartsFromCellsThatAreKnown) {
 }
 
 TEST(ExtendPatches, BlobsFarFromTheirPlaceAreLeftOut) {
-  Scene scene({{36, 3, 60}});
+  ExtensionScene scene({{36, 3, 60}});
   for (size_t b = 0; b < scene.blobs.size(); ++b) {
     if (scene.cells[b].row == 25) scene.blobs[b].y_px += 1.5f;  // a third of a cell
   }
@@ -145,8 +145,13 @@ TEST(ExtendPatches, BlobsFarFromTheirPlaceAreLeftOut) {
 }
 
 TEST(ExtendPatches, SmallPatchesAreLeftOut) {
-  EXPECT_EQ(ExtendPatches(GreyPyramid(), Scene({{4, 3, 60}}).patches, Scene({{4, 3, 60}}).blobs).size(), 1u);
-  EXPECT_TRUE(ExtendPatches(GreyPyramid(), Scene({{3, 3, 60}}).patches, Scene({{3, 3, 60}}).blobs).empty());
+  EXPECT_EQ(
+      ExtendPatches(GreyPyramid(), ExtensionScene({{4, 3, 60}}).patches, ExtensionScene({{4, 3, 60}}).blobs)
+          .size(),
+      1u);
+  EXPECT_TRUE(
+      ExtendPatches(GreyPyramid(), ExtensionScene({{3, 3, 60}}).patches, ExtensionScene({{3, 3, 60}}).blobs)
+          .empty());
 }
 
 }  // namespace
