@@ -11,11 +11,11 @@
 namespace weft {
 namespace {
 
-constexpr int kSide = 200;
+constexpr int kPictureSide = 200;
 
 std::vector<ColorImage> GreyPyramid() {
   std::vector<ColorImage> pyramid;
-  for (const int side : {kSide, kSide / 2})
+  for (const int side : {kPictureSide, kPictureSide / 2})
     pyramid.push_back({side, side, PixelVector<uint8_t>(static_cast<size_t>(4 * side * side), uint8_t{90})});
   return pyramid;
 }
