@@ -182,14 +182,9 @@ absl::Status SortByNode(Cloud& cloud, const std::string& source_name) {
 constexpr std::array<const char*, 3> kOrigin = {"x", "y", "z"}, kDirection = {"dx", "dy", "dz"};
 
 PlyElement RaysAsElement(const std::vector<CloudRay>& rays) {
-  PlyElement element;
-  element.name = "ray";
-  element.rows = rays.size();
+  PlyElement element{"ray", rays.size(), {}};
   const auto add = [&](const char* name, PlyType type, const auto& value_of) {
-    std::vector<double> values;
-    values.reserve(rays.size());
-    for (const CloudRay& ray : rays) values.push_back(static_cast<double>(value_of(ray)));
-    element.properties.push_back(PlyColumn(name, type, std::move(values)));
+    element.properties.push_back(PlyColumn(name, type, rays, value_of));
   };
   for (int k = 0; k < 3; ++k)
     add(kOrigin[k], PlyType::kFloat32, [k](const CloudRay& ray) { return ray.origin_mm[k]; });
@@ -241,14 +236,9 @@ absl::StatusOr<std::vector<CloudRay>> RaysFromPly(const Ply& ply, const std::str
 }  // namespace
 
 Ply CloudAsPly(const Cloud& cloud, CloudColumns columns) {
-  PlyElement vertex;
-  vertex.name = "vertex";
-  vertex.rows = cloud.points.size();
+  PlyElement vertex{"vertex", cloud.points.size(), {}};
   const auto add = [&](const char* name, PlyType type, const auto& value_of) {
-    std::vector<double> values;
-    values.reserve(cloud.points.size());
-    for (const CloudPoint& point : cloud.points) values.push_back(static_cast<double>(value_of(point)));
-    vertex.properties.push_back(PlyColumn(name, type, std::move(values)));
+    vertex.properties.push_back(PlyColumn(name, type, cloud.points, value_of));
   };
   add("x", PlyType::kFloat32, [](const CloudPoint& p) { return p.position_mm.x(); });
   add("y", PlyType::kFloat32, [](const CloudPoint& p) { return p.position_mm.y(); });

@@ -12,56 +12,6 @@ namespace {
 
 constexpr size_t kCornersUv = 6;  // u v of three corners
 
-std::vector<PlyProperty> PositionColumns(const std::vector<Eigen::Vector3d>& positions_mm, PlyType type) {
-  std::vector<PlyProperty> columns;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    values.reserve(positions_mm.size());
-    for (const Eigen::Vector3d& p : positions_mm) values.push_back(p[axis]);
-    columns.push_back(PlyColumn(std::string(1, static_cast<char>('x' + axis)), type, std::move(values)));
-  }
-  return columns;
-}
-
-// `texture` of as many faces, or empty.
-PlyElement FaceElement(const std::vector<Face>& faces, const MeshTexture& texture) {
-  PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
-  indices.is_list = true;
-  indices.values.reserve(faces.size() * 3);
-  indices.list_start.push_back(0);
-  for (const Face& face : faces) {
-    indices.values.insert(indices.values.end(), face.begin(), face.end());
-    indices.list_start.push_back(indices.values.size());
-  }
-  PlyElement element;
-  element.name = "face";
-  element.rows = faces.size();
-  element.properties.push_back(std::move(indices));
-  if (texture.of_corner.empty()) return element;
-  PlyProperty places = PlyColumn("texcoord", PlyType::kFloat32, {});
-  places.is_list = true;
-  places.values.reserve(faces.size() * 6);
-  places.list_start.push_back(0);
-  for (const auto& corners : texture.of_corner) {
-    for (const Eigen::Vector2f& place : corners) {
-      places.values.insert(places.values.end(), {place.x(), place.y()});
-    }
-    places.list_start.push_back(places.values.size());
-  }
-  element.properties.push_back(std::move(places));
-  return element;
-}
-
-void AddTextureColumns(const MeshTexture& texture, PlyElement* vertex) {
-  if (texture.empty()) return;
-  for (int axis = 0; axis < 2; ++axis) {
-    std::vector<double> values;
-    values.reserve(texture.of_vertex.size());
-    for (const Eigen::Vector2f& place : texture.of_vertex) values.push_back(place[axis]);
-    vertex->properties.push_back(PlyColumn(axis == 0 ? "s" : "t", PlyType::kFloat32, std::move(values)));
-  }
-}
-
 absl::StatusOr<std::vector<Face>> FacesFromPly(const PlyElement& element, size_t vertices,
                                                const std::string& source_name) {
   const PlyProperty* indices = element.Find("vertex_indices");
@@ -90,6 +40,36 @@ absl::StatusOr<std::vector<Face>> FacesFromPly(const PlyElement& element, size_t
 }
 
 }  // namespace
+
+PlyElement FaceElement(const std::vector<Face>& faces, const MeshTexture& texture) {
+  PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
+  indices.is_list = true;
+  indices.values.reserve(faces.size() * 3);
+  indices.list_start.push_back(0);
+  for (const Face& face : faces) {
+    indices.values.insert(indices.values.end(), face.begin(), face.end());
+    indices.list_start.push_back(indices.values.size());
+  }
+  PlyElement element{"face", faces.size(), {}};
+  element.properties.push_back(std::move(indices));
+  if (texture.of_corner.empty()) return element;
+  PlyProperty places = PlyColumn("texcoord", PlyType::kFloat32, {});
+  places.is_list = true;
+  places.values.reserve(faces.size() * 6);
+  places.list_start.push_back(0);
+  for (const auto& corners : texture.of_corner) {
+    for (const Eigen::Vector2f& place : corners) {
+      places.values.insert(places.values.end(), {place.x(), place.y()});
+    }
+    places.list_start.push_back(places.values.size());
+  }
+  element.properties.push_back(std::move(places));
+  return element;
+}
+
+void AddTextureColumns(const MeshTexture& texture, PlyElement& vertex) {
+  if (!texture.empty()) AddPlyColumns({"s", "t"}, PlyType::kFloat32, texture.of_vertex, vertex);
+}
 
 absl::StatusOr<const PlyElement*> FindElement(const Ply& ply, std::string_view element,
                                               const std::string& source_name) {
@@ -159,11 +139,9 @@ MeshTexture MeshTextureFromPly(const Ply& ply) {
 }
 
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture) {
-  PlyElement vertex;
-  vertex.name = "vertex";
-  vertex.rows = mesh.vertices_mm.size();
-  vertex.properties = PositionColumns(mesh.vertices_mm, PlyType::kFloat64);
-  AddTextureColumns(texture, &vertex);
+  PlyElement vertex{"vertex", mesh.vertices_mm.size(), {}};
+  AddPlyColumns({"x", "y", "z"}, PlyType::kFloat64, mesh.vertices_mm, vertex);
+  AddTextureColumns(texture, vertex);
   Ply ply;
   ply.comments.push_back("positions in mm");
   ply.elements = {std::move(vertex), FaceElement(mesh.faces, texture)};
@@ -172,19 +150,15 @@ absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const 
 
 absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& mesh,
                                  const std::vector<Face>& faces, const MeshTexture& texture) {
-  PlyElement vertex;
-  vertex.name = "vertex";
-  vertex.rows = mesh.vertices_mm.size();
-  vertex.properties = PositionColumns(mesh.vertices_mm, PlyType::kFloat32);
-  std::vector<double> state;
-  state.reserve(mesh.state.size());
-  for (const VertexState s : mesh.state) state.push_back(static_cast<double>(s));
-  vertex.properties.push_back(PlyColumn("state", PlyType::kUint8, std::move(state)));
+  PlyElement vertex{"vertex", mesh.vertices_mm.size(), {}};
+  AddPlyColumns({"x", "y", "z"}, PlyType::kFloat32, mesh.vertices_mm, vertex);
+  vertex.properties.push_back(
+      PlyColumn("state", PlyType::kUint8, mesh.state, [](VertexState state) { return state; }));
   vertex.properties.push_back(PlyColumn("sigma_mm", PlyType::kFloat32,
                                         std::vector<double>(mesh.sigma_mm.begin(), mesh.sigma_mm.end())));
   vertex.properties.push_back(
       PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
-  AddTextureColumns(texture, &vertex);
+  AddTextureColumns(texture, vertex);
   Ply ply;
   ply.comments.push_back(
       "positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven");

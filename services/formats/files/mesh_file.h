@@ -34,6 +34,11 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
 absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path);
 absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::string& source_name);
 
+// The element `face`; `texture` of as many faces, or empty.
+PlyElement FaceElement(const std::vector<Face>& faces, const MeshTexture& texture);
+// The columns s and t, where there is a texture.
+void AddTextureColumns(const MeshTexture& texture, PlyElement& vertex);
+
 // The columns of a property triple, e.g. x y z. InvalidArgument names file, element and the missing property.
 absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& element,
                                                               const std::string& source_name);

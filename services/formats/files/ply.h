@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -56,5 +58,25 @@ absl::Status WritePly(const std::string& path, const Ply& ply);
 
 // Columns for writing.
 PlyProperty PlyColumn(std::string name, PlyType type, std::vector<double> values);
+
+// One of what `value_of` says of each row.
+template <typename Rows, typename ValueOf>
+PlyProperty PlyColumn(std::string name, PlyType type, const Rows& rows, const ValueOf& value_of) {
+  std::vector<double> values;
+  values.reserve(rows.size());
+  for (const auto& row : rows) values.push_back(static_cast<double>(value_of(row)));
+  return PlyColumn(std::move(name), type, std::move(values));
+}
+
+// One for each axis of vectors.
+template <typename Vectors>
+void AddPlyColumns(std::initializer_list<const char*> names, PlyType type, const Vectors& vectors,
+                   PlyElement& element) {
+  for (int axis = 0; const char* name : names) {
+    element.properties.push_back(
+        PlyColumn(name, type, vectors, [axis](const auto& vector) { return vector[axis]; }));
+    ++axis;
+  }
+}
 
 }  // namespace weft

@@ -10,6 +10,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/animation/driver_memory.h"
+#include "services/work/animation/observed_take.h"
 #include "services/work/animation/rig_scale.h"
 
 namespace weft {
@@ -45,10 +46,8 @@ absl::Status FrameDriver::Recall(const std::string& memory, const std::string& f
 absl::StatusOr<FrameDriver::Driven> FrameDriver::Drive(const SeenFrame& seen, const Stopwatch& watch) {
   if (!seen.fingerprint.ok()) return seen.fingerprint.status();
   WEFT_RETURN_IF_ERROR(CheckScaleOnce(seen.decoded.views));
-  std::vector<DrivingView> views;
-  for (const ViewObservations& view : seen.decoded.views)
-    views.push_back({&inputs_->rig.cameras[static_cast<size_t>(view.camera)], view.observations});
-  WEFT_ASSIGN_OR_RETURN(DrivenFrame driven, driver_.Drive(seen.time_ns, views));
+  WEFT_ASSIGN_OR_RETURN(DrivenFrame driven,
+                        driver_.Drive(seen.time_ns, DrivingViewsOf(seen.decoded.views, inputs_->rig)));
   const std::string follows = std::exchange(memory_, EncodeMemory(driver_.Memory()));
   v1::FrameReport report = DescribeDriven(*spec_, *inputs_, keys_, seen, driven, follows, memory_);
   const auto add_time = [&report](const std::string& stage, double time_ms) {
