@@ -38,7 +38,7 @@ testing::MeasuredSheet LoadFrame() {
   testing::MeasuredSheet frame;
   frame.garment = OrExit(ReadTemplate(garment));
   frame.truth = OrExit(ReadMesh(truth)).vertices_mm;
-  frame.targets = OrExit(ReadTargets(targets, frame.garment)).targets;
+  frame.targets = OrExit(TargetsFromPly(OrExit(ReadPly(targets)), targets, frame.garment)).targets;
   return frame;
 }
 

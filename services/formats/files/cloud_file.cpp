@@ -312,9 +312,4 @@ absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& p
   return TargetsFromCloud(garment, cloud);
 }
 
-absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
-  return ply.ok() ? TargetsFromPly(*ply, path, garment) : ply.status();
-}
-
 }  // namespace weft

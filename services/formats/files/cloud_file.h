@@ -37,6 +37,5 @@ Cloud AsInFile(Cloud cloud);
 // for none), which need no cells.
 absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& source_name,
                                             const Template& garment);
-absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment);
 
 }  // namespace weft

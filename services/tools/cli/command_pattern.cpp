@@ -49,14 +49,12 @@ absl::Status Generate(const GenerateOptions& options) {
     WEFT_ASSIGN_OR_RETURN(Board other, ReadBoard(path));
     made.apart_from.push_back(std::move(other));
   }
-  absl::StatusOr<Board> board;
-  {
-    Progress progress("generate", 100, ProgressVisible(false), ProgressUnit::kPercent);
-    board = GenerateBoard(made, [&](double share) {
-      progress.Set(static_cast<uint64_t>(100 * share), 100);
+  absl::StatusOr<Board> board = WithShareBar("generate", false, 0, [&](const auto& tell) {
+    return GenerateBoard(made, [&tell](double share) {
+      tell(share);
       return true;
     });
-  }
+  });
   if (!board.ok()) return board.status();
   WEFT_RETURN_IF_ERROR(MayWriteBoard(options.out, *board, options.guard));
   const std::string provenance = absl::StrCat("weft pattern generate, seed ", made.seed);

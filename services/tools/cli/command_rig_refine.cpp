@@ -1,6 +1,4 @@
 // weft rig refine: a rig as its takes show it.
-#include <tbb/task_arena.h>
-
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -27,15 +25,9 @@ struct RefineOptions {
 
 absl::Status Refine(const RefineOptions& options, bool quiet) {
   WEFT_RETURN_IF_ERROR(options.guard.MayReplace(options.request.out, "a rig, which takes may need"));
-  absl::StatusOr<RefinementResult> result;
-  {
-    Progress progress("refine", 1000, ProgressVisible(quiet), ProgressUnit::kPercent);
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      result = RefineRigFromResult(
-          options.request, [&](double share) { progress.Set(static_cast<uint64_t>(1000 * share), 1000); });
-    });
-  }
+  const absl::StatusOr<RefinementResult> result =
+      WithShareBar("refine", quiet, options.threads,
+                   [&](const auto& tell) { return RefineRigFromResult(options.request, tell); });
   if (!result.ok()) return result.status();
   const v1::Verdict verdict = RefinementVerdict(*result);
   const bool is_fit = verdict.grade() != v1::GRADE_BAD;

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/status_macros.h"
 #include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
@@ -19,16 +20,11 @@ struct SplitOptions {
 
 absl::Status Split(const SplitOptions& options) {
   const StopOnSignal stop;
-  absl::StatusOr<std::vector<SplitGarment>> garments;
-  {
-    Progress progress("split", 1, ProgressVisible(false));
-    garments = SplitJob(
-        options.result, options.out,
-        [&](int done, int all) { progress.Set(static_cast<uint64_t>(done), static_cast<uint64_t>(all)); },
-        stop.token());
-  }
-  if (!garments.ok()) return garments.status();
-  for (const SplitGarment& one : *garments)
+  WEFT_ASSIGN_OR_RETURN(const std::vector<SplitGarment> garments,
+                        WithBar("split", false, 0, [&](const auto& tell) {
+                          return SplitJob(options.result, options.out, tell, stop.token());
+                        }));
+  for (const SplitGarment& one : garments)
     std::printf("%s: %d frames of %s\n", one.result.c_str(), one.frames, one.id.c_str());
   return absl::OkStatus();
 }

@@ -92,16 +92,9 @@ absl::Status Build(BuildOptions options, bool quiet) {
   arena.execute(
       [&] { sources = ReadTemplateSources(options.from, board, pipeline.options, quiet, stop.token()); });
   if (!sources.ok()) return sources.status();
-  absl::StatusOr<BuiltTemplate> built;
-  {
-    constexpr uint64_t kSteps = 100;
-    Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
-    arena.execute([&] {
-      built = BuildTemplate(board, *sources, build, [&](double share) {
-        progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
-      });
-    });
-  }
+  absl::StatusOr<BuiltTemplate> built = WithShareBar("build", quiet, options.threads, [&](const auto& tell) {
+    return BuildTemplate(board, *sources, build, tell);
+  });
   if (!built.ok()) return built.status();
   WEFT_RETURN_IF_ERROR(CheckTemplateMap(built->garment));
   for (const std::string& warning : built->warnings) PrintWarning(warning);

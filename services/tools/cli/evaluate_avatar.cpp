@@ -104,22 +104,19 @@ absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
   AvatarScoring scoring = options.scoring;
   WEFT_ASSIGN_OR_RETURN(scoring.frames, ParseScoredFrames(options.frames));
   const StopOnSignal signals;  // before the first thread
-  absl::StatusOr<v1::AvatarEvaluation> evaluation;
-  {
-    Progress progress("drive", 1, ProgressVisible(quiet));
-    evaluation = ScoreAvatar(
-        scoring, [&progress](size_t done, size_t all) { progress.Set(done, all); }, signals.token());
-  }
-  if (!evaluation.ok()) return evaluation.status();
+  WEFT_ASSIGN_OR_RETURN(const v1::AvatarEvaluation evaluation,
+                        WithBar("drive", quiet, 0, [&](const auto& tell) {
+                          return ScoreAvatar(scoring, tell, signals.token());
+                        }));
   if (!options.out.empty()) {
     const std::string path = (std::filesystem::path(options.out) / "avatar-evaluation.json").string();
     WEFT_RETURN_IF_ERROR(CreateFolders(options.out));
-    WEFT_RETURN_IF_ERROR(WriteJsonFile(path, *evaluation));
+    WEFT_RETURN_IF_ERROR(WriteJsonFile(path, evaluation));
   }
   if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(*evaluation));
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(evaluation));
   } else {
-    std::fputs(AvatarEvaluationText(*evaluation).c_str(), stdout);
+    std::fputs(AvatarEvaluationText(evaluation).c_str(), stdout);
   }
   return absl::OkStatus();
 }

@@ -51,6 +51,11 @@ std::string CloudText(const std::string& properties, const std::string& rows) {
   return head + "end_header\n" + rows;
 }
 
+absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  return ply.ok() ? TargetsFromPly(*ply, path, garment) : ply.status();
+}
+
 TEST(CloudFile, ReadsBackWithAndWithoutCovariance) {
   const TempFolder folder;
   const Cloud cloud = TwoPoints();
