@@ -1,5 +1,4 @@
 // weft avatar: what a garment was captured doing, so that a few cameras suffice to follow it.
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -29,9 +28,7 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
     line.confined = {.readable = {options->path}};
     line.run = [options]() -> absl::Status {
       WEFT_ASSIGN_OR_RETURN(const v1::Avatar about, ReadAnyAvatar(options->path));
-      if (options->json) return PrintJsonMessage(about);
-      std::fputs(AvatarText(options->path, about).c_str(), stdout);
-      return absl::OkStatus();
+      return PrintMessage(about, options->json, AvatarText(options->path, about));
     };
   });
 }

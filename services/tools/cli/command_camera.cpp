@@ -1,5 +1,4 @@
 // weft camera: the cameras at hand.
-#include <cstdio>
 #include <memory>
 
 #include "base/status_macros.h"
@@ -25,9 +24,7 @@ absl::Status PrintCameras(const CameraListCommandOptions& options) {
     WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
     WEFT_ASSIGN_OR_RETURN(list, CameraClient(*connection).List());
   }
-  if (options.json) return PrintJsonMessage(list);
-  std::fputs(CameraListText(list, options.details).c_str(), stdout);
-  return absl::OkStatus();
+  return PrintMessage(list, options.json, CameraListText(list, options.details));
 }
 
 }  // namespace

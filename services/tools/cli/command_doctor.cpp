@@ -1,5 +1,4 @@
 // weft doctor: what would spoil a recording on this machine?
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -31,11 +30,7 @@ absl::Status RunDoctor(DoctorCommandOptions& options) {
   v1::DoctorReport report = Examine(options.doctor);
   ExamineInstallation(options.installation, report);
   AssessDoctorReport(report);
-  if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
-  } else {
-    std::fputs(DoctorText(report).c_str(), stdout);
-  }
+  WEFT_RETURN_IF_ERROR(PrintMessage(report, options.json, DoctorText(report)));
   return VerdictStatus(report.verdict());
 }
 

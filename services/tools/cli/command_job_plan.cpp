@@ -74,9 +74,7 @@ absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
   if (!pilot.ok()) return pilot.status();
   if (asked.job_frames > 0) pilot->job_frames = asked.job_frames;
   WEFT_ASSIGN_OR_RETURN(const v1::JobPlan plan, PlanJob(*pilot, asked.request));
-  if (asked.json) return PrintJsonMessage(plan);
-  std::fputs(JobPlanText(plan).c_str(), stdout);
-  return absl::OkStatus();
+  return PrintMessage(plan, asked.json, JobPlanText(plan));
 }
 
 void AddClusterOptions(CLI::App& command, PlanRequest& request) {

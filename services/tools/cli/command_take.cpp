@@ -37,11 +37,7 @@ absl::Status Info(const TakeCommandOptions& options) {
 
 absl::Status Verify(const TakeCommandOptions& options) {
   WEFT_ASSIGN_OR_RETURN(const v1::TakeCheckReport report, VerifyRecordedTake(options.take));
-  if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
-  } else {
-    std::fputs(TakeCheckText(report).c_str(), stdout);
-  }
+  WEFT_RETURN_IF_ERROR(PrintMessage(report, options.json, TakeCheckText(report)));
   return VerdictStatus(report.verdict());
 }
 
@@ -56,11 +52,7 @@ absl::Status Recover(const TakeCommandOptions& options) {
   if (options.purge) return Purge(options);
   WEFT_ASSIGN_OR_RETURN(const v1::TakeRecoveryReport report,
                         RecoverRecordedTake(options.take, {options.force, options.dry_run}));
-  if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(report));
-  } else {
-    std::fputs(TakeRecoveryText(report).c_str(), stdout);
-  }
+  WEFT_RETURN_IF_ERROR(PrintMessage(report, options.json, TakeRecoveryText(report)));
   return VerdictStatus(report.verdict());
 }
 

@@ -91,9 +91,7 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
   });
   summary.set_take(options.take);
   if (preview) WarnOfPreview(preview->Finish());
-  if (options.json) return PrintJsonMessage(summary);
-  std::fputs(SummaryText(summary).c_str(), stdout);
-  return absl::OkStatus();
+  return PrintMessage(summary, options.json, SummaryText(summary));
 }
 
 }  // namespace

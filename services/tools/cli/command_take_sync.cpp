@@ -1,5 +1,4 @@
 // weft take sync: did the cameras of a take keep together?
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -26,11 +25,7 @@ absl::Status Sync(const SyncCommandOptions& options) {
   if (!options.report.empty()) {
     WEFT_RETURN_IF_ERROR(WriteFileAtomically(options.report, SyncPage(analysis)));
   }
-  if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(analysis.report));
-  } else {
-    std::fputs(SyncReportText(analysis.report).c_str(), stdout);
-  }
+  WEFT_RETURN_IF_ERROR(PrintMessage(analysis.report, options.json, SyncReportText(analysis.report)));
   return VerdictStatus(analysis.report.verdict());
 }
 

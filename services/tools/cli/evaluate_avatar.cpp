@@ -113,12 +113,7 @@ absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
     WEFT_RETURN_IF_ERROR(CreateFolders(options.out));
     WEFT_RETURN_IF_ERROR(WriteJsonFile(path, evaluation));
   }
-  if (options.json) {
-    WEFT_RETURN_IF_ERROR(PrintJsonMessage(evaluation));
-  } else {
-    std::fputs(AvatarEvaluationText(evaluation).c_str(), stdout);
-  }
-  return absl::OkStatus();
+  return PrintMessage(evaluation, options.json, AvatarEvaluationText(evaluation));
 }
 
 }  // namespace weft

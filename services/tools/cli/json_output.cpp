@@ -13,4 +13,10 @@ absl::Status PrintJsonMessage(const google::protobuf::Message& message) {
   return absl::OkStatus();
 }
 
+absl::Status PrintMessage(const google::protobuf::Message& message, bool as_json, const std::string& text) {
+  if (as_json) return PrintJsonMessage(message);
+  std::fputs(text.c_str(), stdout);
+  return absl::OkStatus();
+}
+
 }  // namespace weft
