@@ -61,10 +61,10 @@ struct Solid {
   }
 };
 
-class WornGarment : public PerformanceSource {
+class WornPerformance : public PerformanceSource {
  public:
   // Spread around a thin body, or worn already (`worn_mm`, [vertices], free of self-intersections).
-  WornGarment(const PerformanceOptions& options, Outfit outfit, std::vector<Vector3d> worn_mm = {})
+  WornPerformance(const PerformanceOptions& options, Outfit outfit, std::vector<Vector3d> worn_mm = {})
       : options_(options),
         step_s_(StepOf(options, kFastestWorn_mm_per_s)),
         garment_(std::move(outfit.sewn.garment)),
@@ -354,7 +354,7 @@ absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
     worn_mm = std::move(coarsely);
   }
   const double done = worn_mm.empty() ? 0 : 0.5;
-  auto worn = std::make_unique<WornGarment>(options, std::move(outfit), std::move(worn_mm));
+  auto worn = std::make_unique<WornPerformance>(options, std::move(outfit), std::move(worn_mm));
   WEFT_RETURN_IF_ERROR(worn->Dress(report(done, 1)));
   return worn;
 }
@@ -362,7 +362,7 @@ absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
 absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const PerformanceOptions& options,
                                                                  std::string_view state) {
   WEFT_ASSIGN_OR_RETURN(Outfit outfit, MakeOutfit(options));
-  auto worn = std::make_unique<WornGarment>(options, std::move(outfit));
+  auto worn = std::make_unique<WornPerformance>(options, std::move(outfit));
   WEFT_RETURN_IF_ERROR(worn->Restore(state));
   return worn;
 }
