@@ -90,22 +90,22 @@ TEST_F(TextureAtlasTest, IsEmptyWhereNoCameraLooks) {
 }
 
 TEST(FilledRgbTest, KeepsWhatIsSeenAndFillsTheRestFromAround) {
-  constexpr int kSide = 37;  // no power of two
-  AtlasPicture picture{kSide, std::vector<uint8_t>(4 * kSide * kSide), 0};
+  constexpr int kOddSide = 37;  // no power of two
+  AtlasPicture picture{kOddSide, std::vector<uint8_t>(4 * kOddSide * kOddSide), 0};
   const auto is_seen = [](int x) { return x < 5 || x > 30; };
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x)
+  for (int y = 0; y < kOddSide; ++y)
+    for (int x = 0; x < kOddSide; ++x)
       if (is_seen(x)) {
-        uint8_t* texel = &picture.rgba[4 * (y * kSide + x)];
+        uint8_t* texel = &picture.rgba[4 * (y * kOddSide + x)];
         texel[0] = x < 5 ? 100 : 200;
         texel[1] = static_cast<uint8_t>(y);
         texel[3] = 255;
       }
   const std::vector<uint8_t> rgb = FilledRgb(picture);
-  ASSERT_EQ(rgb.size(), 3u * kSide * kSide);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
-      const uint8_t* texel = &rgb[3 * (y * kSide + x)];
+  ASSERT_EQ(rgb.size(), 3u * kOddSide * kOddSide);
+  for (int y = 0; y < kOddSide; ++y) {
+    for (int x = 0; x < kOddSide; ++x) {
+      const uint8_t* texel = &rgb[3 * (y * kOddSide + x)];
       EXPECT_EQ(texel[2], 0);
       if (is_seen(x)) {
         EXPECT_EQ(texel[0], x < 5 ? 100 : 200);
@@ -116,8 +116,8 @@ TEST(FilledRgbTest, KeepsWhatIsSeenAndFillsTheRestFromAround) {
       }
     }
   }
-  EXPECT_NEAR(rgb[3 * (18 * kSide + 7)], 100, 20);
-  EXPECT_NEAR(rgb[3 * (18 * kSide + 28)], 200, 20);
+  EXPECT_NEAR(rgb[3 * (18 * kOddSide + 7)], 100, 20);
+  EXPECT_NEAR(rgb[3 * (18 * kOddSide + 28)], 200, 20);
 }
 
 TEST(TextureAtlasMake, RefusesSizesAndMeshesWithoutTexture) {
