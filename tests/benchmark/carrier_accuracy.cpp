@@ -25,6 +25,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/cloth_take.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/graph_poses.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/training_takes.h"

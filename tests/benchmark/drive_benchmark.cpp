@@ -16,6 +16,7 @@
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "pattern/decoder.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 #include "tests/benchmark/waving_cloth.h"
 

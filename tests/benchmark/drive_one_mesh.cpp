@@ -17,6 +17,7 @@
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/work/animation/avatar_text.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/score_table.h"
 #include "services/work/animation/truth_views.h"

@@ -10,7 +10,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/animation/driver_memory.h"
-#include "services/work/animation/observed_take.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/rig_scale.h"
 
 namespace weft {

@@ -14,6 +14,7 @@
 #include "base/counter_random.h"
 #include "base/status_macros.h"
 #include "services/work/animation/cloth_take.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/sample_writer.h"
 #include "services/work/animation/truth_views.h"

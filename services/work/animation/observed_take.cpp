@@ -16,6 +16,7 @@
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/work/animation/cloth_take.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/filmed_views.h"
 #include "services/work/animation/truth_views.h"
 #include "services/work/pipeline/frame_cloud.h"
@@ -125,13 +126,6 @@ Rig EvenlyChosen(const Rig& rig, size_t cameras) {
 }
 
 }  // namespace
-
-std::vector<DrivingView> DrivingViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig) {
-  std::vector<DrivingView> out;
-  for (const ViewObservations& view : seen)
-    out.push_back({&rig.cameras[static_cast<size_t>(view.camera)], view.observations});
-  return out;
-}
 
 VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& rig, const Template& garment,
                         const NodeVertices& nodes) {

@@ -45,8 +45,6 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, int c
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveFrom(ClothTake& take, Rig rig,
                                                           const Observing& observing);
 
-// What a driver is given of them.
-std::vector<DrivingView> DrivingViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig);
 // Directions from which vertices were seen, for scores.
 VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& rig, const Template& garment,
                         const NodeVertices& nodes);

@@ -8,6 +8,7 @@
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/animation/avatar_file.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/pixel_avatar_file.h"
 

@@ -24,6 +24,7 @@
 #include "services/work/animation/baseline_meshes.h"
 #include "services/work/animation/cloth_take.h"
 #include "services/work/animation/driving_trials.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 #include "services/work/animation/paper_baseline.h"
 #include "services/work/animation/score_table.h"

@@ -2,6 +2,7 @@
 
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
+#include "services/work/animation/driving_views.h"
 #include "services/work/animation/observed_take.h"
 
 namespace weft {
