@@ -5,12 +5,13 @@
 
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
-#include "services/server/daemon/calls/answer.h"
+#include "services/server/daemon/calls/server_stream.h"
 
 namespace weft {
 namespace {
@@ -22,47 +23,6 @@ std::string VersionOf(const struct stat& info) {
   return absl::StrCat(absl::Hex(info.st_ino), "-", absl::Hex(info.st_size), "-",
                       absl::Hex(info.st_mtim.tv_sec), ".", info.st_mtim.tv_nsec);
 }
-
-class FileReactor final : public grpc::ServerWriteReactor<v1::FileChunk> {
- public:
-  FileReactor(grpc::CallbackServerContext* context, const char* method, std::chrono::milliseconds patience)
-      : method_(method), stalls_(context, patience) {}
-
-  void Begin(const std::function<absl::StatusOr<FilePieces>()>& open) {
-    const grpc::Status status = Answer(method_, [&] {
-      absl::StatusOr<FilePieces> pieces = open();
-      if (pieces.ok()) pieces_ = *std::move(pieces);
-      return pieces.status();
-    });
-    if (status.ok()) return WriteNext();
-    Finish(status);
-  }
-
-  void OnWriteDone(bool ok) override {
-    if (!ok) return Finish(stalls_.StatusOfFailure());
-    stalls_.Moved();
-    WriteNext();
-  }
-
-  void OnDone() override { delete this; }
-
- private:
-  void WriteNext() {
-    bool has_piece = false;
-    const grpc::Status status = Answer(method_, [&] {
-      const absl::StatusOr<bool> next = pieces_->Next(&chunk_);
-      has_piece = next.ok() && *next;
-      return next.status();
-    });
-    if (has_piece) return StartWrite(&chunk_);
-    Finish(status);
-  }
-
-  const char* const method_;
-  StallWatch stalls_;
-  std::optional<FilePieces> pieces_;
-  v1::FileChunk chunk_;
-};
 
 }  // namespace
 
@@ -107,9 +67,17 @@ absl::StatusOr<bool> FilePieces::Next(v1::FileChunk* chunk) {
 grpc::ServerWriteReactor<v1::FileChunk>* SendFile(grpc::CallbackServerContext* context, const char* method,
                                                   const std::function<absl::StatusOr<FilePieces>()>& open,
                                                   std::chrono::milliseconds patience) {
-  auto* reactor = new FileReactor(context, method, patience);
-  reactor->Begin(open);
-  return reactor;
+  auto* stream = new ServerStream<v1::FileChunk>(context, method, patience);
+  // Begin makes the first call, so `open` is still there.
+  stream->Begin([&open, pieces = std::make_shared<std::optional<FilePieces>>()](
+                    v1::FileChunk& chunk) -> absl::StatusOr<StreamNews> {
+    if (!*pieces) {
+      WEFT_ASSIGN_OR_RETURN(*pieces, open());
+    }
+    WEFT_ASSIGN_OR_RETURN(const bool has_piece, (*pieces)->Next(&chunk));
+    return has_piece ? StreamNews::kMessage : StreamNews::kOver;
+  });
+  return stream;
 }
 
 }  // namespace weft

@@ -9,8 +9,8 @@
 #include "capture/file/plain_text.h"
 #include "capture/take/take_progress.h"
 #include "services/server/daemon/calls/answer.h"
-#include "services/server/daemon/calls/polling_watcher.h"
 #include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/calls/server_stream.h"
 #include "services/server/rpc/error_detail.h"
 
 namespace weft {
@@ -153,16 +153,14 @@ grpc::Status TakeService::EmptyTrash(grpc::ServerContext*, const v1::EmptyTrashR
 grpc::ServerWriteReactor<v1::RecordedTake>* TakeService::WatchTake(grpc::CallbackServerContext* context,
                                                                    const v1::WatchTakeRequest* request) {
   const auto watch = std::make_shared<TakeWatch>();
-  auto* watcher = new PollingWatcher<v1::RecordedTake>(
-      context,
+  return WatchByLooking<v1::RecordedTake>(
+      context, "WatchTake",
       [this, watch, id = request->take_id()] {
         absl::StatusOr<v1::RecordedTake> take = GetRecent(id);
         if (take.ok()) watch->AddEvents(*take);
         return take;
       },
       [](const v1::RecordedTake& take) { return !take.recorder_lives(); });
-  watcher->Look();
-  return watcher;
 }
 
 }  // namespace weft

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
+#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -10,9 +12,9 @@
 #include "services/server/callers/owners.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/calls/server_stream.h"
 #include "services/server/daemon/work/result_owner.h"
 #include "services/server/daemon/work/results.h"
-#include "services/server/daemon/work/watch_reactor.h"
 #include "services/server/rpc/error_detail.h"
 #include "services/server/rpc/page.h"
 
@@ -39,6 +41,19 @@ absl::Status FillPage(const v1::ListFramesRequest& request, const std::vector<v1
   }
   return absl::OkStatus();
 }
+
+// One who watches a job, as long as this lives.
+struct Watch {
+  explicit Watch(JobQueue& jobs) : queue(jobs) {}
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+  ~Watch() {
+    if (watcher != 0) queue.Unsubscribe(watcher);
+  }
+
+  JobQueue& queue;
+  int64_t watcher = 0;
+};
 
 }  // namespace
 
@@ -116,7 +131,20 @@ grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsReques
 
 grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServerContext* context,
                                                               const v1::WatchJobRequest* request) {
-  return weft::WatchJob(context, queue_, request->job_id());
+  auto* stream = new ServerStream<v1::JobUpdate>(context, "WatchJob", StallWatch::kReadTimeout);
+  stream->Begin([watch = std::make_shared<Watch>(queue_), id = request->job_id(),
+                 bell = stream->bell()](v1::JobUpdate& update) -> absl::StatusOr<StreamNews> {
+    if (watch->watcher == 0) {
+      WEFT_RETURN_IF_ERROR(CheckJobId(id));
+      WEFT_ASSIGN_OR_RETURN(watch->watcher, watch->queue.Subscribe(id, bell));
+    }
+    JobQueue::Updates updates = watch->queue.PollUpdates(watch->watcher);
+    if (updates.stopping) return absl::UnavailableError("the daemon is shutting down");
+    if (!updates.update) return StreamNews::kNone;
+    update = *std::move(updates.update);
+    return updates.ended ? StreamNews::kLast : StreamNews::kMessage;
+  });
+  return stream;
 }
 
 absl::Status JobService::CheckOwns(const std::string& job_id, const Caller& caller) {

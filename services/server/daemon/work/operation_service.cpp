@@ -3,8 +3,8 @@
 #include "base/status_macros.h"
 #include "services/server/daemon/calls/answer.h"
 #include "services/server/daemon/calls/file_stream.h"
-#include "services/server/daemon/calls/polling_watcher.h"
 #include "services/server/daemon/calls/request_check.h"
+#include "services/server/daemon/calls/server_stream.h"
 
 namespace weft {
 
@@ -30,11 +30,9 @@ grpc::Status OperationService::ListOperations(grpc::ServerContext*, const v1::Li
 
 grpc::ServerWriteReactor<v1::Operation>* OperationService::WatchOperation(
     grpc::CallbackServerContext* context, const v1::WatchOperationRequest* request) {
-  auto* watcher = new PollingWatcher<v1::Operation>(
-      context, [this, id = request->operation_id()] { return operations_.Get(id); },
-      [](const v1::Operation& operation) { return operation.finished_unix_ns() != 0; });
-  watcher->Look();
-  return watcher;
+  return WatchByLooking<v1::Operation>(
+      context, "WatchOperation", [this, id = request->operation_id()] { return operations_.Get(id); },
+      [](const v1::Operation& operation) { return HasEnded(operation); });
 }
 
 grpc::Status OperationService::CancelOperation(grpc::ServerContext* context,

@@ -7,7 +7,7 @@
 #include <atomic>
 #include <thread>
 
-#include "services/server/daemon/calls/polling_watcher.h"
+#include "services/server/daemon/calls/server_stream.h"
 #include "tests/services/server/daemon/daemon_fixture.h"
 #include "weft/v1/jobs.grpc.pb.h"
 #include "weft/v1/library.grpc.pb.h"
@@ -140,8 +140,8 @@ class Watches final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::
  public:
   grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,
                                                        const v1::FetchResultRequest* request) override {
-    auto* watcher = new PollingWatcher<v1::FileChunk>(
-        context,
+    return WatchByLooking<v1::FileChunk>(
+        context, "FetchResult",
         [this, changes = request->frame() == "changes"] {
           v1::FileChunk chunk;
           if (changes) chunk.set_data(std::string(1 << 20, static_cast<char>('a' + looks_++ % 26)));
@@ -149,8 +149,6 @@ class Watches final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::
           return absl::StatusOr<v1::FileChunk>(chunk);
         },
         [](const v1::FileChunk&) { return false; }, Files::kReadTimeout);
-    watcher->Look();
-    return watcher;
   }
 
  private:
