@@ -18,9 +18,14 @@ absl::Status CheckMayChange(const Caller& caller, const std::string& field, cons
                     {field, absl::StrCat(what, " belongs to ", owner), "ask its owner or an operator"});
 }
 
-absl::Status KeyOfSomebodyElse() {
+absl::Status CheckRepeats(const Caller& caller, const std::string& owner, bool asks_for_the_same,
+                          const std::string& what) {
+  const bool is_theirs = IsSameAccount(owner, caller.name);
+  if (is_theirs && asks_for_the_same) return absl::OkStatus();
   return FieldError(absl::StatusCode::kAlreadyExists,
-                    {"idempotency_key", "stands for a request of somebody else", "choose a new key"});
+                    {"idempotency_key",
+                     is_theirs ? what + " with another request" : "stands for a request of somebody else",
+                     "choose a new key"});
 }
 
 int PriorityFor(const Caller& caller, int asked) {

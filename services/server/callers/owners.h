@@ -17,8 +17,11 @@ inline bool IsOperator(const Caller& caller) { return caller.role >= v1::ROLE_OP
 absl::Status CheckMayChange(const Caller& caller, const std::string& field, const std::string& what,
                             const std::string& owner);
 
-// Of a request whose idempotency key somebody else gave first. AlreadyExists, without a word about theirs.
-absl::Status KeyOfSomebodyElse();
+// Whether a request may have the answer of the first one with its idempotency key, which `owner` gave; `what`
+// that one made ("job 20260101-... was submitted"). AlreadyExists: it is somebody else's, without a word
+// about theirs, or it asked for something else.
+absl::Status CheckRepeats(const Caller& caller, const std::string& owner, bool asks_for_the_same,
+                          const std::string& what);
 
 // Priorities up to this one, and down to its negative, put the jobs of each caller into their order, and
 // callers take turns whatever theirs are. Higher ones go before all others and are for operators, since a

@@ -1,7 +1,16 @@
 // Pages of lists.
 #pragma once
 
+#include <google/protobuf/repeated_ptr_field.h>
+
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "absl/strings/str_format.h"
 
 namespace weft {
 
@@ -28,5 +37,29 @@ class Page {
   const size_t most_;
   size_t entries_ = 0, bytes_ = 0;
 };
+
+// The place of an entry in a list by age, which grows with its time. Ids may be keys of clients, and tell no
+// time.
+inline std::string PlaceByAge(int64_t unix_ns, const std::string& id) {
+  return absl::StrFormat("%020d-%s", unix_ns, id);
+}
+
+// Adds the page behind the place `token`, or the first one, to a list. `by_place`: a std::map of all entries.
+// Returns the token of the next page; empty: there is none.
+template <typename ByPlace, typename Message>
+std::string AddPage(
+    const ByPlace& by_place, size_t most, const std::string& token,
+    const std::type_identity_t<std::function<Message(const typename ByPlace::mapped_type&)>>& show,
+    google::protobuf::RepeatedPtrField<Message>* list) {
+  Page page(most);
+  std::string last;
+  for (auto at = token.empty() ? by_place.begin() : by_place.upper_bound(token); at != by_place.end(); ++at) {
+    Message shown = show(at->second);
+    if (!page.Add(shown.ByteSizeLong())) return last;
+    last = at->first;
+    *list->Add() = std::move(shown);
+  }
+  return "";
+}
 
 }  // namespace weft

@@ -72,11 +72,6 @@ bool AsksForTheSame(const v1::OpenSessionRequest& request, const v1::CaptureSess
          request.board() == session.board() && request.garment() == session.garment();
 }
 
-// Grows with age.
-std::string PlaceOfSession(const v1::CaptureSession& session) {
-  return absl::StrFormat("%020d-%s", session.opened_unix_ns(), session.id());
-}
-
 std::string WordsOf(const v1::CaptureSession& session) {
   return absl::StrCat("session ", session.id(), " of ", session.owner());
 }
@@ -188,12 +183,9 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRe
   if (id.empty()) id = NewTimedId();
   if (const auto known = entries_.find(id); known != entries_.end()) {
     // What follows has the lease. Ids are known to all, and those of sessions without a key are ids as well.
-    if (!IsSameAccount(known->second.session.opened_by(), caller.name)) return KeyOfSomebodyElse();
-    if (!AsksForTheSame(request, known->second.session)) {
-      return FieldError(absl::StatusCode::kAlreadyExists,
-                        {"idempotency_key", absl::StrCat("session ", id, " was opened with another request"),
-                         "choose a new key"});
-    }
+    WEFT_RETURN_IF_ERROR(CheckRepeats(caller, known->second.session.opened_by(),
+                                      AsksForTheSame(request, known->second.session),
+                                      absl::StrCat("session ", id, " was opened")));
     v1::CaptureSession session = Shown(known->second);
     session.set_lease(known->second.session.lease());
     return session;
@@ -281,18 +273,12 @@ absl::StatusOr<v1::ListSessionsResponse> SessionRegistry::List(size_t limit, con
   EndExpired();
   v1::ListSessionsResponse response;
   if (page_token.empty()) response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
-  std::map<std::string, const Entry*> by_age;  // ids may be keys
-  for (const auto& [id, entry] : entries_) by_age[PlaceOfSession(entry.session)] = &entry;
-  Page page(limit);
-  for (auto it = by_age.rbegin(); it != by_age.rend(); ++it) {
-    if (!page_token.empty() && it->first >= page_token) continue;
-    v1::CaptureSession shown = Shown(*it->second);
-    if (!page.Add(shown.ByteSizeLong())) {
-      response.set_next_page_token(PlaceOfSession(*response.sessions().rbegin()));
-      break;
-    }
-    *response.add_sessions() = std::move(shown);
-  }
+  std::map<std::string, const Entry*, std::greater<>> newest_first;
+  for (const auto& [id, entry] : entries_)
+    newest_first[PlaceByAge(entry.session.opened_unix_ns(), id)] = &entry;
+  const auto show = [this](const Entry* entry)
+                        ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return Shown(*entry); };
+  response.set_next_page_token(AddPage(newest_first, limit, page_token, show, response.mutable_sessions()));
   return response;
 }
 

@@ -187,14 +187,14 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& as
   if (id.empty()) id = NewTimedId();
   const std::string folder = FolderOf(id);
   if (const absl::StatusOr<RecorderView> known = LookAtRecorder(folder); known.ok()) {
-    if (!IsSameAccount(known->request.started_by(), request.recording().started_by()))
-      return KeyOfSomebodyElse();
+    const Caller caller{request.recording().started_by()};
     // One account may have several tokens.
     request.mutable_recording()->set_started_by(known->request.started_by());
-    if (known->request.SerializeAsString() == request.recording().SerializeAsString()) return Get(id);
-    return FieldError(absl::StatusCode::kAlreadyExists,
-                      {"idempotency_key", absl::StrCat("take ", id, " was started with another request"),
-                       "choose a new key"});
+    WEFT_RETURN_IF_ERROR(
+        CheckRepeats(caller, known->request.started_by(),
+                     known->request.SerializeAsString() == request.recording().SerializeAsString(),
+                     absl::StrCat("take ", id, " was started")));
+    return Get(id);
   }
   if (TakeExists(TrashOf(id))) {
     return FieldError(absl::StatusCode::kAlreadyExists,

@@ -61,12 +61,11 @@ absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& re
   const std::string& key = request.idempotency_key();
   if (key.empty()) return absl::NotFoundError("no key");
   absl::StatusOr<v1::Job> job = queue_.Get(key);
-  if (job.ok() && !IsSameAccount(job->submitted_by(), caller.name)) return KeyOfSomebodyElse();
-  if (!job.ok() || job->request_hash() == HashOfRequest(request)) return job;
-  return FieldError(
-      absl::StatusCode::kAlreadyExists,
-      {"idempotency_key", absl::StrCat("job ", key, " was submitted with another spec or priority"),
-       "choose a new key"});
+  if (!job.ok()) return job;
+  WEFT_RETURN_IF_ERROR(CheckRepeats(caller, job->submitted_by(),
+                                    job->request_hash() == HashOfRequest(request),
+                                    absl::StrCat("job ", key, " was submitted")));
+  return job;
 }
 
 absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, const Caller& caller) {

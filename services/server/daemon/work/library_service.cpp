@@ -1,7 +1,10 @@
 #include "services/server/daemon/work/library_service.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/cleanup/cleanup.h"
@@ -100,15 +103,10 @@ grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItems
     WEFT_ASSIGN_OR_RETURN(const int limit, LimitOrAll(request->limit()));
     WEFT_RETURN_IF_ERROR(CheckPageToken(request->page_token()));
     WEFT_ASSIGN_OR_RETURN(Library::Listing listing, library_.List(request->kind()));
-    Page page(static_cast<size_t>(limit));
-    for (v1::LibraryItem& item : listing.items) {
-      if (!request->page_token().empty() && PlaceInList(item) <= request->page_token()) continue;
-      if (!page.Add(item.ByteSizeLong())) {
-        response->set_next_page_token(PlaceInList(*response->items().rbegin()));
-        break;
-      }
-      *response->add_items() = std::move(item);
-    }
+    std::map<std::string, v1::LibraryItem> items;
+    for (v1::LibraryItem& item : listing.items) items[PlaceInList(item)] = std::move(item);
+    response->set_next_page_token(AddPage(items, static_cast<size_t>(limit), request->page_token(),
+                                          std::identity(), response->mutable_items()));
     if (request->page_token().empty()) AddDamaged(listing.damaged, *response);
     return absl::OkStatus();
   });

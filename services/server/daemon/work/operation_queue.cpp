@@ -8,7 +8,10 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
@@ -17,13 +20,13 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/no_threads.h"
-#include "services/server/daemon/work/operation_file.h"
 #include "services/work/executor/child_process.h"
 
 namespace weft {
@@ -82,21 +85,22 @@ void OperationQueue::Stop() {
   if (worker_.joinable()) worker_.join();
 }
 
-// Before another thread knows the queue.
 void OperationQueue::Load() {
+  const Lock lock(mutex_);
   std::error_code error;
   for (const fs::directory_entry& folder : fs::directory_iterator(options_.folder, error)) {
+    const std::string id = folder.path().filename();
     std::error_code fault;
-    if (!fs::exists(OperationFile(folder.path()), fault) && !fault) {
-      fs::remove_all(folder.path(), fault);  // the daemon ended before it acknowledged this one
+    if (!fs::exists(FileOf(id), fault) && !fault) {
+      RemoveTree(folder.path());  // not acknowledged yet, or forgotten
       continue;
     }
     Entry entry;
-    absl::Status status = ReadJsonFile(OperationFile(folder.path()), entry.operation);
+    absl::Status status = ReadJsonFile(FileOf(id), entry.operation);
     if (status.ok()) status = CheckOperationSpec(entry.operation.spec());
-    if (status.ok() && entry.operation.id() != folder.path().filename()) {
-      status = absl::DataLossError(absl::StrCat(OperationFile(folder.path()), ": is operation \"",
-                                                entry.operation.id(), "\"; remove the folder"));
+    if (status.ok() && entry.operation.id() != id) {
+      status = absl::DataLossError(
+          absl::StrCat(FileOf(id), ": is operation \"", entry.operation.id(), "\"; remove the folder"));
     }
     if (!status.ok()) {
       warnings_.push_back(EscapedText(std::string(status.message())));
@@ -110,7 +114,7 @@ void OperationQueue::Load() {
       auto resolved = ArgumentsOf(entry.operation.spec(), options_.resolve);
       if (resolved.ok()) entry.inputs = *std::move(resolved);  // else its run says what is missing
     }
-    entries_[folder.path().filename()] = std::move(entry);
+    entries_[id] = std::move(entry);
   }
 }
 
@@ -121,13 +125,15 @@ bool OperationQueue::IsCancelled(const std::string& id) {
 }
 
 OperationQueue::Entry* OperationQueue::Next() {
-  std::vector<std::string> ids, callers;
-  for (const Entry* entry : ByAge()) {
-    if (entry->operation.state() != v1::JOB_STATE_QUEUED) continue;
-    ids.push_back(entry->operation.id());
-    callers.push_back(entry->operation.started_by());
+  std::map<std::pair<int64_t, std::string>, Entry*> waiting;  // oldest first; ids may be keys
+  for (auto& [id, entry] : entries_) {
+    if (entry.operation.state() == v1::JOB_STATE_QUEUED)
+      waiting[{entry.operation.created_unix_ns(), id}] = &entry;
   }
-  return ids.empty() ? nullptr : &entries_.at(ids[turns_.Next(callers)]);
+  if (waiting.empty()) return nullptr;
+  std::vector<std::string> callers;
+  for (const auto& [age, entry] : waiting) callers.push_back(entry->operation.started_by());
+  return std::next(waiting.begin(), static_cast<std::ptrdiff_t>(turns_.Next(callers)))->second;
 }
 
 void OperationQueue::Work(const std::stop_token& stop) {
@@ -135,7 +141,7 @@ void OperationQueue::Work(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     Entry* next = Next();
     if (next == nullptr) {
-      changed_.wait(lock, stop, [this] { return Next() != nullptr; });
+      changed_.wait(lock, stop, [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return Next() != nullptr; });
       continue;
     }
     const std::string id = next->operation.id();
@@ -154,13 +160,10 @@ void OperationQueue::Work(const std::stop_token& stop) {
                std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
     if (outcome.stopped) return;
     Conclude(entries_.at(id), outcome);
-    if (outcome.refused) {
+    if (outcome.refused)
       changed_.wait_for(lock, stop, std::chrono::seconds(2), [] { return false; });
-    } else {
+    else
       WriteUntilItSucceeds(lock, id, stop);
-      // What the disk did not get, it still is to.
-      if (!stop.stop_requested() && HasEnded(entries_.at(id).operation)) Shorten(entries_.at(id));
-    }
   }
 }
 
@@ -168,7 +171,10 @@ void OperationQueue::Work(const std::stop_token& stop) {
 void OperationQueue::WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop) {
   constexpr std::chrono::seconds kPause{2};
   for (bool is_told = false; !stop.stop_requested(); is_told = true) {
-    const absl::Status status = Write(entries_.at(id).operation);
+    const auto found = entries_.find(id);
+    if (found == entries_.end()) return;  // it ended, and was deleted meanwhile
+    const absl::Status status = Write(found->second.operation);
+    if (status.ok() && HasEnded(found->second.operation)) Shorten(found->second);
     if (status.ok()) return;
     if (!is_told) spdlog::warn("operation {}: {}", id, EscapedText(std::string(status.message())));
     changed_.wait_for(lock, stop, kPause, [] { return false; });
@@ -181,6 +187,18 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
   entries_.at(id).operation.set_share_done(share);
 }
 
+std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,
+                                                    const std::vector<std::string>& inputs) const {
+  std::vector<std::string> readable = inputs;
+  const auto add = [&readable](const std::vector<std::string>& paths) {
+    readable.insert(readable.end(), paths.begin(), paths.end());
+  };
+  add(FindLinks(inputs, options_.links).others);
+  if (FindOperationKind(spec.command())->reads_besides() && options_.readable_besides)
+    add(options_.readable_besides());
+  return readable;
+}
+
 absl::StatusOr<ChildProcess> OperationQueue::StartProcess(const v1::Operation& operation, Outcome& outcome) {
   const std::string& id = operation.id();
   std::vector<std::string> inputs;
@@ -190,8 +208,7 @@ absl::StatusOr<ChildProcess> OperationQueue::StartProcess(const v1::Operation& o
     return path;
   };
   const absl::StatusOr<std::vector<std::string>> arguments = ArgumentsOf(operation.spec(), resolve);
-  std::error_code error;
-  fs::remove_all(OutOf(id), error);
+  RemoveTree(OutOf(id));
   absl::Status ready = arguments.ok() ? CreateFolders(OutOf(id)) : arguments.status();
   if (!ready.ok()) {
     outcome.refused = arguments.ok();
@@ -272,7 +289,7 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   return outcome;
 }
 
-void OperationQueue::Conclude(Entry& entry, const Outcome& outcome) {
+void OperationQueue::Conclude(Entry& entry, const Outcome& outcome) const {
   v1::Operation& operation = entry.operation;
   operation.set_message(EscapedText(outcome.error));
   operation.set_output(IsUtf8(outcome.output) ? outcome.output : EscapedText(outcome.output));

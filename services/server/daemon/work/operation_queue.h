@@ -5,13 +5,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/ground/confinement/input_links.h"
 #include "services/server/callers/caller.h"
 #include "services/server/callers/turns.h"
@@ -89,17 +89,18 @@ class OperationQueue {
     bool cancelled = false;
   };
   struct Outcome;
-  using Lock = std::unique_lock<std::mutex>;
+  using Lock = MutexLock<Mutex>;
 
   explicit OperationQueue(OperationQueueOptions options) : options_(std::move(options)) {}
   void Load();
   std::string FolderOf(const std::string& id) const { return options_.folder + "/" + id; }
+  std::string FileOf(const std::string& id) const { return FolderOf(id) + "/operation.json"; }
   std::string OutOf(const std::string& id) const { return FolderOf(id) + "/out"; }
   absl::Status Write(const v1::Operation& operation) const;
-  absl::Status Disown(const std::string& id) const;
   absl::StatusOr<v1::Operation> Read(const std::string& id) const;
-  static absl::Status NoSuchOperation(const std::string& id);
-  absl::Status CheckDone(const std::string& id);  // takes the lock
+  // Removes the files of one that was forgotten.
+  absl::Status RemoveFiles(const std::string& id) const;
+  absl::Status CheckDone(const std::string& id);
   void Work(const std::stop_token& stop);
   // Without the lock: the process, until it has ended.
   Outcome Run(const v1::Operation& operation, const std::stop_token& stop);
@@ -112,23 +113,31 @@ class OperationQueue {
                                       const std::vector<std::string>& inputs) const;
   void NoteProgress(const std::string& id, const std::string& step, double share);
 
-  // The functions below need the lock.
-  absl::Status CheckRoom(const v1::OperationSpec& spec, const Caller& caller);
-  absl::StatusOr<v1::Operation> Known(const Entry& entry, const v1::OperationSpec& asked,
-                                      const Caller& caller) const;
-  static void Shorten(Entry& entry);        // of one that has ended, and is on the disk
-  std::vector<const Entry*> ByAge() const;  // oldest first; keys may be ids
-  Entry* Next();
-  void Conclude(Entry& entry, const Outcome& outcome);
-  void WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop);
   bool IsCancelled(const std::string& id);
 
+  // NotFound.
+  absl::StatusOr<Entry*> Find(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // PermissionDenied: it is somebody else's.
+  absl::StatusOr<Entry*> FindOwn(const std::string& id, const Caller& caller)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // As one is answered: an ended one from its file.
+  absl::StatusOr<v1::Operation> Whole(const Entry& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // From now on nobody knows it; its folder is nobody's, and the next daemon removes what is left of it.
+  absl::Status Forget(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckRoom(const v1::OperationSpec& spec, const Caller& caller) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  static void Shorten(Entry& entry);  // of one that has ended, and is on the disk
+  Entry* Next() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Conclude(Entry& entry, const Outcome& outcome) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
   const OperationQueueOptions options_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::condition_variable_any changed_;
-  std::map<std::string, Entry> entries_;  // by id
-  Turns turns_;                           // of those that wait
-  std::vector<std::string> warnings_;
+  std::map<std::string, Entry> entries_ ABSL_GUARDED_BY(mutex_);  // by id
+  Turns turns_ ABSL_GUARDED_BY(mutex_);                           // of those that wait
+  std::vector<std::string> warnings_ ABSL_GUARDED_BY(mutex_);
   std::jthread worker_;
 };
 

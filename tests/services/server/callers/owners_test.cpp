@@ -37,6 +37,20 @@ TEST(OwnersTest, OwnersAndOperatorsMayChange) {
   EXPECT_THAT(std::string(unknown.message()), HasSubstr("nobody knows whose job 7 is; ask an operator"));
 }
 
+TEST(OwnersTest, RequestsAreRepeatedByWhoMadeThem) {
+  const Caller anna{"token 2 (anna)", v1::ROLE_CLIENT}, stage{"token 3 (stage)", v1::ROLE_OPERATOR};
+  const std::string owner = "token 1 (anna)";
+  EXPECT_TRUE(CheckRepeats(anna, owner, true, "job 7 was submitted").ok());
+  const absl::Status other = CheckRepeats(anna, owner, false, "job 7 was submitted");
+  EXPECT_TRUE(absl::IsAlreadyExists(other));
+  EXPECT_EQ(other.message(), "idempotency_key: job 7 was submitted with another request; choose a new key");
+  for (const bool asks_for_the_same : {true, false}) {
+    const absl::Status theirs = CheckRepeats(stage, owner, asks_for_the_same, "job 7 was submitted");
+    EXPECT_TRUE(absl::IsAlreadyExists(theirs));
+    EXPECT_EQ(theirs.message(), "idempotency_key: stands for a request of somebody else; choose a new key");
+  }
+}
+
 TEST(OwnersTest, HighPrioritiesAreForOperators) {
   const Caller client{"token 1 (anna)", v1::ROLE_CLIENT}, user{"user weft", v1::ROLE_ADMIN};
   EXPECT_EQ(PriorityFor(client, 100), 10);
