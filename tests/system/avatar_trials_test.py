@@ -115,7 +115,7 @@ class WhileRecorded(DaemonProcess, unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="weft followed ")
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
-        self.start_plainly("--allow-path", shirt.folder.name, "--workers", 2)
+        self.start_plainly("--allow-path", shirt.folder.name, "--allow-path", os.path.dirname(shirt.take), "--workers", 2)
 
     def test_the_daemon_drives_every_frame_of_a_take_that_grows(self):
         filmed, out, every = self.path("filmed"), self.path("out"), self.path("after the take")

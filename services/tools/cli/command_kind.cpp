@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/absolute_paths.h"
@@ -154,22 +155,16 @@ void AddKindCommand(CLI::App& app, CommandLine& line, const v1::WorkKindInfo& ki
                  absl::StrCat(usage, "\n", usage, " --server 127.0.0.1:7411"));
   const auto options = std::make_shared<KindOptions>();
   AddInputs(*command, kind, *options);
-  command->add_option("--out", options->out, "Folder for the results, made where it is missing")
-      ->required()
-      ->type_name("DIR");
+  AddRequired(*command, "--out DIR", options->out, "Folder for the results, made where it is missing");
   AddFramesOption(*command, options->frames, "Which units, all by default");
   AddOptions(*command, kind, *options);
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
   command->add_flag("--upload", options->upload,
                     "With --server: send inputs of a library's kinds to the daemon's library first");
-  command
-      ->add_option("--priority", options->priority,
-                   "With --server: of your jobs those of higher priority are worked on first")
-      ->type_name("N")
-      ->check(CLI::Range(-100, 100));
+  AddOption(*command, "--priority N", options->priority,
+            "With --server: of your jobs those of higher priority are worked on first",
+            CLI::Range(-100, 100));
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback([options, &line, &kind] {

@@ -273,7 +273,7 @@ TEST(ImageFolder, NamesMayRepeatThatOfTheirFolder) {
   EXPECT_THAT(Listed(*listing), testing::Contains("0007/c00-0007"));
 }
 
-TEST(PictureSizes, OfOneAmongManyAreOdd) {
+TEST(ImageFolder, SizesOfOneAmongManyAreOdd) {
   const TempFolder temp;
   for (int frame = 0; frame < 5; ++frame) {
     const std::string folder = temp / ("000" + std::to_string(frame));

@@ -40,6 +40,7 @@ TEST(GarmentTextureTest, FramesForATextureAreSpreadEvenlyFromTheFirst) {
 TEST(GarmentTextureTest, ASequenceFilmedInOneColourHasATextureOfThatColour) {
   FilmedResult filmed;
   filmed.request.format = ExportFormat::kGlb;
+  filmed.request.unit = LengthUnit::kMetre;
   filmed.request.recording = filmed.recording;
   filmed.request.texture_px = 32;
   filmed.request.texture_frames = 2;
@@ -71,6 +72,7 @@ TEST(GarmentTextureTest, ASequenceFilmedInOneColourHasATextureOfThatColour) {
 TEST(GarmentTextureTest, PicturesThatAreMissingAreWarnedOf) {
   FilmedResult filmed;
   filmed.request.format = ExportFormat::kGlb;
+  filmed.request.unit = LengthUnit::kMetre;
   std::filesystem::remove(filmed.Picture(0, "c2"));
   auto source = filmed.Source();
   ASSERT_TRUE(source.ok()) << source.status();
@@ -88,6 +90,7 @@ TEST(GarmentTextureTest, PicturesThatAreMissingAreWarnedOf) {
 TEST(GarmentTextureTest, WhatNoCameraSeesIsTold) {
   FilmedResult filmed;
   filmed.request.format = ExportFormat::kGlb;
+  filmed.request.unit = LengthUnit::kMetre;
   // Cameras below the square, which see the inside of its faces.
   for (CameraModel& camera : filmed.rig.cameras) camera.rotation.setIdentity();
   ASSERT_TRUE(WriteRig(filmed.recording.rig, filmed.rig).ok());
@@ -104,6 +107,7 @@ TEST(GarmentTextureTest, WhatNoCameraSeesIsTold) {
 TEST(GarmentTextureTest, AStopIsCancelled) {
   FilmedResult filmed;
   filmed.request.format = ExportFormat::kGlb;
+  filmed.request.unit = LengthUnit::kMetre;
   filmed.request.recording = filmed.recording;
   filmed.request.texture_px = 16;
   const auto source = filmed.Source();
