@@ -39,7 +39,7 @@ class Store {
   // Whether only the store's own folders are there.
   bool IsAlone() const {
     return CountIn(folder_) == 1 && CountIn(state()) == 2 &&
-           CountIn(state() + "/library") == 5;  // kinds of items
+           CountIn(state() + "/library") == 6;  // kinds of items
   }
 
  private:
