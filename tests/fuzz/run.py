@@ -26,6 +26,7 @@ LARGEST_KEPT_BYTES = 2048
 MOST_KEPT = 150
 INTERRUPTED, TIMEOUT = 72, 70  # libFuzzer's exit statuses after SIGINT and -timeout
 SECONDS_FOR_ONE = 60
+SECONDS_TO_END = 20
 SANITIZERS = {"LSAN_OPTIONS": f"print_suppressions=0:suppressions={ROOT}/tests/fuzz/lsan_suppressions.txt",
               "ASAN_SYMBOLIZER_PATH": shutil.which("llvm-symbolizer-16") or ""}
 
@@ -45,6 +46,17 @@ def processor_s(pid):
     return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
 
 
+def interrupt(process):
+    """Its time is over: it prints its figures and ends. libFuzzer's handler allocates, so it waits for itself for ever where
+    the signal came within an allocation."""
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(SECONDS_TO_END)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
 def fuzz(program, folder, arguments, limit_s=None, **environment):
     """Runs a target with libFuzzer's arguments, at most so long of the processor; returns exit status, output and
     seconds of the processor."""
@@ -55,11 +67,11 @@ def fuzz(program, folder, arguments, limit_s=None, **environment):
             while process.poll() is None:
                 spent_s = processor_s(process.pid)
                 if limit_s is not None and spent_s >= limit_s:
-                    process.send_signal(signal.SIGINT)  # it prints its figures and ends
-                    process.wait()
+                    interrupt(process)
                 time.sleep(0.2)
         output.seek(0)
-        return process.returncode, output.read(), spent_s
+        stopped = process.returncode == -signal.SIGKILL and limit_s is not None and spent_s >= limit_s
+        return INTERRUPTED if stopped else process.returncode, output.read(), spent_s
 
 
 def keep(program, folder, target):
