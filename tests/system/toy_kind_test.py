@@ -126,7 +126,7 @@ class Daemon(KindTest):
 
     def test_is_cancelled_and_retried(self):
         self.begin()
-        job_id = self.copy("--detach", "--pause-ms", "400", *self.server).stdout.strip()
+        job_id = self.copy("--detach", "--pause-ms", "1500", *self.server).stdout.strip()
         self.wait_for_copies(2)
         weft("job", "cancel", job_id, *self.server, check=0)
         self.assertEqual(self.job(job_id)["state"], "JOB_STATE_CANCELLED")
@@ -157,7 +157,7 @@ class Daemon(KindTest):
 
     def test_a_program_that_knows_the_kind_no_more_says_so(self):
         self.begin()
-        job_id = self.copy("--detach", "--pause-ms", "500", *self.server).stdout.strip()
+        job_id = self.copy("--detach", "--pause-ms", "3000", *self.server).stdout.strip()
         self.wait_for_copies(1)
         self.kill_daemon()
         log = open(self.path("plain.log"), "w")
