@@ -4,7 +4,6 @@ import { JobState } from "@api/job_pb";
 import type { Job } from "@api/job_pb";
 import { Jobs } from "@api/jobs_pb";
 import { WorkStart } from "@api/work_pb";
-import type { WorkKindInfo } from "@api/work_pb";
 import { client, mayAs } from "../app_state";
 import { useAction, useCall } from "../hooks";
 import { hrefOf, route } from "../router";
@@ -14,7 +13,7 @@ import { countOf, durationText, timeText } from "../ui/format";
 import { Failure, GradeBadge, Page, Progress, Table, Waiting, Warnings } from "../ui/parts";
 import { JobStateBadge, hasEnded, jobName, shareDone } from "../ui/states";
 import { JobPage } from "./job";
-import { WorkDialog, useKinds } from "./work_dialogs";
+import { StartWork } from "./work_dialogs";
 
 const MOST_PRIORITY = 100;
 
@@ -43,8 +42,6 @@ export function cancelQuestion(job: Job, then: () => void): Question {
 function JobList() {
   const { value, error, reload } = useCall(Jobs.method.listJobs, { limit: 200 }, 1500);
   const [question, setQuestion] = useState<Question | null>(null);
-  const kinds = useKinds(WorkStart.JOB);
-  const [kind, setKind] = useState<WorkKindInfo | null>(null);
   const action = useAction();
   const jobs = value?.jobs ?? [];
   const queue = queueOrder(jobs);
@@ -59,15 +56,7 @@ function JobList() {
     });
   return (
     <Page title="Jobs">
-      {mayAs(Role.CLIENT) && kinds.length > 0 && (
-        <div class="actions">
-          {kinds.map((one) => (
-            <button type="button" key={one.name} onClick={() => setKind(one)}>
-              {one.title}
-            </button>
-          ))}
-        </div>
-      )}
+      <StartWork start={WorkStart.JOB} />
       <Failure error={error} />
       <Failure error={action.error} />
       <Warnings texts={value?.warnings} />
@@ -137,7 +126,6 @@ function JobList() {
         </>
       )}
       {question && <Ask question={question} onClose={() => setQuestion(null)} />}
-      {kind && <WorkDialog kind={kind} onClose={() => setKind(null)} />}
     </Page>
   );
 }

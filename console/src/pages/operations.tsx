@@ -5,7 +5,6 @@ import { JobState } from "@api/job_pb";
 import { Operations } from "@api/operations_pb";
 import type { Operation } from "@api/operations_pb";
 import { WorkStart } from "@api/work_pb";
-import type { WorkKindInfo } from "@api/work_pb";
 import { client, mayAs } from "../app_state";
 import { useCall, useWatch } from "../hooks";
 import { go, hrefOf, route } from "../router";
@@ -15,7 +14,7 @@ import { FileTable } from "../ui/file_table";
 import { durationText, secondsBetween, timeText } from "../ui/format";
 import { Badge, Facts, Failure, Page, Progress, Table, Waiting, Warnings } from "../ui/parts";
 import { JobStateBadge, hasEnded, shortName } from "../ui/states";
-import { WorkDialog, useKinds } from "./work_dialogs";
+import { StartWork } from "./work_dialogs";
 
 export function OperationsPage() {
   const [, id] = route.value;
@@ -47,19 +46,9 @@ function deleteQuestion(operation: Operation): Question {
 
 function OperationList() {
   const { value, error } = useCall(Operations.method.listOperations, { limit: 100 }, 2000);
-  const kinds = useKinds(WorkStart.OPERATION);
-  const [kind, setKind] = useState<WorkKindInfo | null>(null);
   return (
     <Page title="Operations">
-      {mayAs(Role.CLIENT) && (
-        <div class="actions">
-          {kinds.map((one) => (
-            <button type="button" key={one.name} onClick={() => setKind(one)}>
-              {one.title}
-            </button>
-          ))}
-        </div>
-      )}
+      <StartWork start={WorkStart.OPERATION} />
       <Failure error={error} />
       <Warnings texts={value?.warnings} />
       {!value && !error && <Waiting for="the operations" />}
@@ -83,7 +72,6 @@ function OperationList() {
           ))}
         </Table>
       )}
-      {kind && <WorkDialog kind={kind} onClose={() => setKind(null)} />}
     </Page>
   );
 }

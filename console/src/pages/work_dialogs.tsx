@@ -1,10 +1,11 @@
 import { useState } from "preact/hooks";
+import { Role } from "@api/access_pb";
 import { Jobs } from "@api/jobs_pb";
 import { ItemKind } from "@api/library_item_pb";
 import { Operations } from "@api/operations_pb";
 import { OptionType, WorkOut, WorkStart } from "@api/work_pb";
 import type { WorkInputInfo, WorkKindInfo, WorkOptionInfo } from "@api/work_pb";
-import { client } from "../app_state";
+import { client, mayAs } from "../app_state";
 import { newKey, useAction, useCall } from "../hooks";
 import { go } from "../router";
 import { Dialog, FormEnd } from "../ui/dialog";
@@ -13,10 +14,24 @@ import { Failure, Waiting } from "../ui/parts";
 
 type Values = Record<string, string>;
 
-/** The kinds of work that are started so, as the daemon describes them. */
-export function useKinds(start: WorkStart): WorkKindInfo[] {
+/** A button for each kind of work that is started so, as the daemon describes them. */
+export function StartWork({ start }: { start: WorkStart }) {
   const { value } = useCall(Jobs.method.listWorkKinds, {});
-  return (value?.kinds ?? []).filter((kind) => kind.start === start);
+  const [kind, setKind] = useState<WorkKindInfo | null>(null);
+  const kinds = (value?.kinds ?? []).filter((one) => one.start === start);
+  if (!mayAs(Role.CLIENT) || kinds.length === 0) return null;
+  return (
+    <>
+      <div class="actions">
+        {kinds.map((one) => (
+          <button type="button" key={one.name} onClick={() => setKind(one)}>
+            {one.title}
+          </button>
+        ))}
+      </div>
+      {kind && <WorkDialog kind={kind} onClose={() => setKind(null)} />}
+    </>
+  );
 }
 
 const isFlag = (option: WorkOptionInfo) => option.type === OptionType.FLAG;

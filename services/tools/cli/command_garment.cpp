@@ -14,6 +14,7 @@
 #include "animation/atlas/atlas.h"
 #include "animation/atlas/cloth_charts.h"
 #include "base/length_unit.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
@@ -131,8 +132,7 @@ absl::Status CheckGarment(const GarmentCheckOptions& options) {
   summary.set_vertices(static_cast<int>(garment.rest.vertices_mm.size()));
   summary.set_faces(static_cast<int>(garment.rest.faces.size()));
   AddTopology(garment, summary);
-  if (absl::Status status = AddAtlas(options, garment, summary); !status.ok())
-    return absl::Status(status.code(), absl::StrCat(options.mesh, ": ", status.message()));
+  WEFT_RETURN_IF_ERROR(Naming(options.mesh, AddAtlas(options, garment, summary)));
   if (const int doubled = CountDoubledVertices(garment.rest); doubled > 0)
     summary.add_warnings(absl::StrCat(doubled,
                                       " vertices lie where another one does, so the cloth is open "

@@ -62,7 +62,7 @@ absl::Status ListJobs(RegistrationClient& client, const Context& context) {
 void PrintJob(const v1::Job& job) {
   std::printf("job       %s\nstate     %s%s%s\n", job.id().c_str(), JobStateWord(job.state()),
               job.message().empty() ? "" : ": ", job.message().c_str());
-  std::printf("frames    %s\n", JobSummary(job).c_str());
+  std::printf("frames    %s\n", JobText(job).c_str());
   if (job.state() == v1::JOB_STATE_RUNNING && job.remaining_s() >= 0) {
     std::printf("left      about %.0f s\n", job.remaining_s());
   }
@@ -111,7 +111,7 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(*job));
   } else if (!quiet) {
     if (job->has_verdict()) PrintVerdict(job->verdict());
-    std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
+    std::printf("%s\nresults  %s\n", JobText(*job).c_str(), job->spec().out().c_str());
   }
   return OutcomeOf(*job);
 }
@@ -121,7 +121,7 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
   WEFT_ASSIGN_OR_RETURN(const v1::Job job, client.Cancel(options.job_id));
   if (options.json) return PrintJsonMessage(job);
   if (!context.quiet)
-    std::printf("%s: %s, %s\n", job.id().c_str(), JobStateWord(job.state()), JobSummary(job).c_str());
+    std::printf("%s: %s, %s\n", job.id().c_str(), JobStateWord(job.state()), JobText(job).c_str());
   return absl::OkStatus();
 }
 
@@ -147,7 +147,7 @@ absl::Status Fetch(RegistrationClient& client, const Context& context) {
     const auto progress = [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); };
     WEFT_RETURN_IF_ERROR(FetchResults(client, job, options.out, progress, context.stop));
   }
-  if (!quiet) std::printf("%s\nresults  %s\n", JobSummary(job).c_str(), options.out.c_str());
+  if (!quiet) std::printf("%s\nresults  %s\n", JobText(job).c_str(), options.out.c_str());
   return absl::OkStatus();
 }
 

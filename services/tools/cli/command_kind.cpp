@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,18 +9,14 @@
 #include "absl/strings/str_replace.h"
 #include "base/status_macros.h"
 #include "services/ground/process/command_option.h"
-#include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
-#include "services/tools/cli/absolute_paths.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/job_view.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/print_verdict.h"
-#include "services/tools/cli/progress.h"
-#include "services/tools/cli/remote_registration.h"
+#include "services/tools/cli/run_job.h"
 #include "services/tools/cli/upload_inputs.h"
-#include "services/work/kinds/local_job.h"
 #include "services/work/spec/kind_info.h"
 
 namespace weft {
@@ -52,7 +47,7 @@ v1::RegistrationSpec SpecOfKind(const v1::WorkKindInfo& kind, const KindOptions&
   work.set_kind(kind.name());
   for (const v1::WorkInputInfo& input : kind.inputs()) {
     for (const std::string& path : options.inputs.at(input.name()))
-      AddValue(input.name(), options.server.empty() ? path : NameAtDaemon(path), work.add_inputs());
+      AddValue(input.name(), path, work.add_inputs());
   }
   for (const v1::WorkOptionInfo& option : kind.options()) {
     if (option.type() == v1::OPTION_TYPE_FLAG) {
@@ -64,29 +59,6 @@ v1::RegistrationSpec SpecOfKind(const v1::WorkKindInfo& kind, const KindOptions&
   return spec;
 }
 
-absl::StatusOr<v1::Job> RunKind(const v1::WorkKindInfo& kind, const KindOptions& options,
-                                const v1::RegistrationSpec& spec, bool quiet, const std::stop_token& stop) {
-  JobView view(quiet, CommandOf(kind));
-  bool is_told = false;
-  const auto show = [&](const v1::JobUpdate& update) {
-    for (const std::string& warning : update.job().warnings())
-      if (!is_told) PrintWarning(warning);
-    is_told = true;
-    view.Show(update);
-  };
-  if (options.server.empty()) {
-    LocalJobRequest request{spec, WithAbsolutePaths(spec), "weft " + CommandOf(kind), {}};
-    request.limits.threads = options.threads;
-    return RunLocalJob(request, show, stop);
-  }
-  std::optional<Progress> fetching;
-  const auto fetched = [&](size_t done, size_t total) {
-    if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
-    fetching->Set(done, total);
-  };
-  return RegisterRemotely(options.server, spec, options.priority, show, fetched, stop);
-}
-
 absl::Status RunKindCommand(const v1::WorkKindInfo& kind, const KindOptions& options, bool quiet) {
   v1::RegistrationSpec spec = SpecOfKind(kind, options);
   if (const auto fault = FaultOfWork(kind, spec.work(), CommandOf(kind)))
@@ -96,15 +68,10 @@ absl::Status RunKindCommand(const v1::WorkKindInfo& kind, const KindOptions& opt
     WEFT_ASSIGN_OR_RETURN(spec, UploadInputs(options.server, std::move(spec), quiet));
   }
   const StopOnSignal signals;
-  if (options.detach) {
-    if (options.server.empty())
-      return absl::InvalidArgumentError(
-          "--detach leaves the job to a daemon, so it needs --server HOST:PORT");
-    WEFT_ASSIGN_OR_RETURN(const v1::Job job, SubmitRemotely(options.server, spec, options.priority));
-    std::printf("%s\n", job.id().c_str());
-    return absl::OkStatus();
-  }
-  WEFT_ASSIGN_OR_RETURN(const v1::Job job, RunKind(kind, options, spec, quiet, signals.token()));
+  JobRun run{std::move(spec), CommandOf(kind), options.server, options.priority, {}};
+  run.limits.threads = options.threads;
+  if (options.detach) return DetachJob(run);
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, RunJob(run, quiet, signals.token()));
   if (options.json) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(job));
   } else {

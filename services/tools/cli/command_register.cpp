@@ -15,7 +15,6 @@
 #include "services/results/evaluation/evaluate_job.h"
 #include "services/results/evaluation/evaluation_report.h"
 #include "services/studio/recording/session_file.h"
-#include "services/tools/cli/absolute_paths.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/job_view.h"
@@ -23,9 +22,8 @@
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
-#include "services/tools/cli/remote_registration.h"
+#include "services/tools/cli/run_job.h"
 #include "services/tools/cli/upload_inputs.h"
-#include "services/work/kinds/local_job.h"
 
 namespace weft {
 namespace {
@@ -77,7 +75,7 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
   } else {
     if (job.has_verdict()) PrintVerdict(job.verdict());
     PrintScans(job.verdict());
-    const std::string summary = JobSummary(job);
+    const std::string summary = JobText(job);
     const bool is_told = absl::StartsWith(job.verdict().reason(), summary + ",");
     std::printf("%sresults  %s\nreport   %s/report.html\n",
                 is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.spec.out().c_str(),
@@ -96,50 +94,13 @@ absl::Status EvaluateOutcome(const RegisterOptions& options, bool quiet) {
   return WriteEvaluation(options.spec.out(), evaluation);
 }
 
-// Passes a job's warnings on, once.
-class Warnings {
- public:
-  void Show(const v1::Job& job) {
-    if (shown_) return;
-    shown_ = true;
-    for (const std::string& warning : job.warnings()) PrintWarning(warning);
-  }
-
- private:
-  bool shown_ = false;
-};
-
-absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::RegistrationSpec& spec, bool quiet,
+absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const JobRun& run, bool quiet,
                             const std::stop_token& stop) {
-  JobView view(quiet);
-  Warnings warnings;
-  const auto show = [&](const v1::JobUpdate& update) {
-    warnings.Show(update.job());
-    view.Show(update);
-  };
   if (options.server.empty() && options.live_every > 0) {
     return absl::InvalidArgumentError(
         "--live: a daemon follows a take that is being recorded, so it needs --server HOST:PORT");
   }
-  if (options.server.empty()) {
-    return RunLocalJob({.spec = spec,
-                        .recorded = WithAbsolutePaths(spec),
-                        .command = "weft register",
-                        .limits = options.limits},
-                       show, stop);
-  }
-  StageBars bars(quiet);
-  const auto fetched = [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); };
-  return RegisterRemotely(options.server, spec, options.priority, show, fetched, stop);
-}
-
-absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& spec) {
-  if (options.server.empty()) {
-    return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
-  }
-  WEFT_ASSIGN_OR_RETURN(const v1::Job job, SubmitRemotely(options.server, spec, options.priority));
-  std::printf("%s\n", job.id().c_str());
-  return absl::OkStatus();
+  return RunJob(run, quiet, stop);
 }
 
 // The session of a daemon's take may name what the command line does not.
@@ -165,8 +126,9 @@ absl::Status Register(const RegisterOptions& options, bool quiet) {
   if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
   const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
-  if (options.detach) return Detach(options, *spec);
-  WEFT_ASSIGN_OR_RETURN(const v1::Job job, Run(options, *spec, quiet, signals.token()));
+  const JobRun run{*std::move(spec), "register", options.server, options.priority, options.limits};
+  if (options.detach) return DetachJob(run);
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, Run(options, run, quiet, signals.token()));
   const bool has_meshes = job.frames().done() + job.frames().degraded() > 0;
   if (options.evaluate && job.state() == v1::JOB_STATE_DONE && has_meshes)
     WEFT_RETURN_IF_ERROR(EvaluateOutcome(options, quiet));

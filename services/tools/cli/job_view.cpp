@@ -41,7 +41,7 @@ std::string FrameLine(const v1::FrameInfo& info, bool has_coverage) {
   return line;
 }
 
-std::string JobSummary(const v1::Job& job) {
+std::string JobText(const v1::Job& job) {
   const v1::FrameCounts& frames = job.frames();
   std::string summary =
       absl::StrCat(frames.done() + frames.degraded(), " of ", frames.total(),
@@ -63,7 +63,7 @@ std::string JobSummary(const v1::Job& job) {
 absl::Status OutcomeOf(const v1::Job& job) {
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     return absl::CancelledError(
-        absl::StrCat("the job was cancelled: ", JobSummary(job), "; run the command again to go on"));
+        absl::StrCat("the job was cancelled: ", JobText(job), "; run the command again to go on"));
   }
   if (job.has_verdict()) return VerdictStatus(job.verdict());
   // Of a job of an earlier version.

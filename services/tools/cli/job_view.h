@@ -40,7 +40,7 @@ std::string FrameLine(const v1::FrameInfo& info, bool has_coverage);
 
 // "10 of 12 frames registered (2 with cameras missing), 1 bridged, 1 failed". A bridged frame is no failed
 // one here: it failed, and has a mesh from the frames around it. Other kinds of jobs have their own word.
-std::string JobSummary(const v1::Job& job);
+std::string JobText(const v1::Job& job);
 
 // What decides the exit status: the verdict, or that it was cancelled.
 absl::Status OutcomeOf(const v1::Job& job);

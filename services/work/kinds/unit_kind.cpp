@@ -90,9 +90,10 @@ class UnitWork : public Work {
       }
       const absl::StatusOr<v1::FrameReport> there = ReportOf(job.spec().out(), found->second);
       if (there.ok() && there->set_aside()) continue;
-      const std::optional<v1::FrameReport> cached = Cached(job.spec().out(), found->second, state);
+      const std::string fingerprint = FingerprintOf(found->second);
+      const auto cached = Cached(job.spec().out(), found->second, fingerprint, state);
       if (!cached) {
-        const bool has_changed = there.ok() && FingerprintOf(found->second) != there->images_fingerprint();
+        const bool has_changed = there.ok() && fingerprint != there->images_fingerprint();
         incomplete.push_back({i, "is not as this job wrote it", has_changed});
         state.reset();
         continue;
@@ -122,13 +123,13 @@ class UnitWork : public Work {
 
   // The report of a complete unit that was computed from the same; `state`: of the unit before, where that is
   // known.
-  std::optional<v1::FrameReport> Cached(const std::string& out, size_t at,
+  std::optional<v1::FrameReport> Cached(const std::string& out, size_t at, const std::string& fingerprint,
                                         const std::optional<std::string>& state) const {
     const auto folder = FrameFolder::Open(out, loaded_.frames[at], ConfinedFolder::IfMissing::kFail);
     if (!folder.ok()) return std::nullopt;
     absl::StatusOr<v1::FrameReport> report = folder->Report();
     if (!report.ok() || report->frame() != loaded_.frames[at] || !AreEqual(report->keys(), keys_) ||
-        report->images_fingerprint() != FingerprintOf(at) || !folder->CheckAll(*report).empty())
+        report->images_fingerprint() != fingerprint || !folder->CheckAll(*report).empty())
       return std::nullopt;
     if (in_sequence_ && state && report->unit().follows() != HashOf(*state)) return std::nullopt;
     if (!folder->Sync().ok()) return std::nullopt;
@@ -137,7 +138,9 @@ class UnitWork : public Work {
 
   absl::Status RunOne(size_t at, const WorkPlace& place, const RegistrationEvents& events,
                       const std::stop_token& stop, std::string& state) {
-    if (const auto cached = Cached(place.out, at, state)) {
+    // Taken first: what changes while it is read must not look like what was read.
+    const std::string fingerprint = FingerprintOf(at);
+    if (const auto cached = Cached(place.out, at, fingerprint, state)) {
       state = cached->unit().state();
       if (events.finished) events.finished(SummaryOf(*cached, /*reused=*/true));
       return absl::OkStatus();
@@ -155,8 +158,7 @@ class UnitWork : public Work {
     report.set_weft_version(WEFT_VERSION);
     *report.mutable_keys() = keys_;
     report.set_threads(place.limits.threads);
-    // Taken first: what changes while it is read must not look like what was read.
-    report.set_images_fingerprint(FingerprintOf(at));
+    report.set_images_fingerprint(fingerprint);
     if (in_sequence_) report.mutable_unit()->set_follows(HashOf(state));
     const auto advance = [&](double share) {
       if (events.advanced) events.advanced(name, share);
@@ -248,6 +250,7 @@ absl::StatusOr<std::unique_ptr<Work>> UnitKind::Load(const v1::RegistrationSpec&
   const WorkArguments arguments(info_, spec.work());
   WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Units> units, Open(arguments));
   const std::vector<std::string> names = units->Names();
+  if (names.empty()) return absl::NotFoundError(absl::StrCat(info_.name(), ": its inputs hold no unit"));
   WEFT_ASSIGN_OR_RETURN(std::vector<size_t> range, FramesInRange(spec, names));
   LoadedInputs loaded;
   for (const size_t unit : range) loaded.frames.push_back(names[unit]);

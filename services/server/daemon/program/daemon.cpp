@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/holder_record.h"
@@ -212,11 +213,9 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
       return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
     }
     if (absl::StartsWith(value, kLibraryPrefix)) {
-      const absl::StatusOr<HeldItem> item =
-          parts.library->Hold(kind, value.substr(sizeof(kLibraryPrefix) - 1));
-      return item.ok()
-                 ? absl::StatusOr<std::string>(item->path)
-                 : absl::Status(item.status().code(), absl::StrCat(field, ": ", item.status().message()));
+      WEFT_ASSIGN_OR_RETURN(
+          HeldItem item, Naming(field, parts.library->Hold(kind, value.substr(sizeof(kLibraryPrefix) - 1))));
+      return std::move(item.path);
     }
     WEFT_ASSIGN_OR_RETURN(std::string take, TakeOfName(takes_folder, value));
     if (take == value) return policy.CheckInput(field, value);

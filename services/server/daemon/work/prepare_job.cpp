@@ -10,6 +10,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/named_status.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/content_hash.h"
@@ -65,10 +66,6 @@ void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec
   if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
 }
 
-absl::Status WithField(const std::string& field, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(field, ": ", status.message()));
-}
-
 // The item of such an input; null: no library keeps it.
 std::string* ItemOf(const JobInput& input, v1::JobItems* items) {
   if (input.of_work >= 0) return nullptr;
@@ -88,38 +85,32 @@ std::string* ItemOf(const JobInput& input, v1::JobItems* items) {
   }
 }
 
-// Replaces "library:..." by the item's path.
-absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
-  v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
-  for (const JobInput& input : InputsOf(spec)) {
-    std::string* item = ItemOf(input, prepared->job.mutable_items());
-    if (item == nullptr || !absl::StartsWith(input.path, kLibraryPrefix)) continue;
-    absl::StatusOr<HeldItem> held = library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1));
-    if (!held.ok()) return WithField(input.field, held.status());
-    SetInput(input, held->path, &spec);
-    *item = held->item.id();
-    prepared->holds.push_back(std::move(held->hold));
-  }
-  return absl::OkStatus();
+// Replaces "library:..." by the item's path. The item's id; empty: the input is none of the library's.
+absl::StatusOr<std::string> ResolveItem(Library& library, const JobInput& input, PreparedJob* prepared) {
+  if (!absl::StartsWith(input.path, kLibraryPrefix)) return std::string();
+  WEFT_ASSIGN_OR_RETURN(
+      HeldItem held,
+      Naming(input.field, library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1))));
+  SetInput(input, held.path, prepared->job.mutable_spec());
+  prepared->holds.push_back(std::move(held.hold));
+  return held.item.id();
 }
 
-// Inputs without a field of their own become paths that may be read.
-absl::Status ResolveWork(const JobPlaces& places, PreparedJob* prepared) {
-  v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
-  for (const JobInput& input : InputsOf(spec)) {
-    if (input.of_work < 0) continue;
-    std::string path;
-    if (absl::StartsWith(input.path, kLibraryPrefix)) {
-      absl::StatusOr<HeldItem> held =
-          places.library.Hold(input.kind, input.path.substr(sizeof(kLibraryPrefix) - 1));
-      if (!held.ok()) return WithField(input.field, held.status());
-      path = held->path;
-      prepared->job.mutable_items()->add_work(held->item.id());
-      prepared->holds.push_back(std::move(held->hold));
+// Items of the library, and inputs without a field of their own, become paths that may be read.
+absl::Status ResolveItems(const JobPlaces& places, PreparedJob* prepared) {
+  v1::JobItems& items = *prepared->job.mutable_items();
+  for (const JobInput& input : InputsOf(prepared->job.spec())) {
+    std::string* item = ItemOf(input, &items);
+    if (item == nullptr && input.of_work < 0) continue;
+    WEFT_ASSIGN_OR_RETURN(std::string id, ResolveItem(places.library, input, prepared));
+    if (item != nullptr) {
+      *item = std::move(id);
+    } else if (!id.empty()) {
+      items.add_work(std::move(id));
     } else {
-      WEFT_ASSIGN_OR_RETURN(path, places.resolve(input.field, input.kind, input.path));
+      WEFT_ASSIGN_OR_RETURN(const std::string path, places.resolve(input.field, input.kind, input.path));
+      SetInput(input, path, prepared->job.mutable_spec());
     }
-    SetInput(input, path, &spec);
   }
   return absl::OkStatus();
 }
@@ -248,8 +239,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   WEFT_ASSIGN_OR_RETURN(v1::RegistrationOptions options,
                         KindOf(request.spec()).Effective(request.spec().options()));
   *job.mutable_spec()->mutable_options() = std::move(options);
-  WEFT_RETURN_IF_ERROR(ResolveItems(places.library, &prepared));
-  WEFT_RETURN_IF_ERROR(ResolveWork(places, &prepared));
+  WEFT_RETURN_IF_ERROR(ResolveItems(places, &prepared));
   WEFT_RETURN_IF_ERROR(CanonicalizeInputs(places.policy, takes_folder, job));
   // LoadInputs wants every field.
   if (job.spec().out().empty())

@@ -26,13 +26,13 @@ TEST(FrameLine, DrivenFramesHaveNoShareOfCells) {
   EXPECT_EQ(FrameLine(DoneFrame(0), false), "0007    done          1.8 s");
 }
 
-TEST(JobSummary, NamesWhatWasDone) {
+TEST(JobText, NamesWhatWasDone) {
   v1::Job job;
   job.mutable_frames()->set_total(12);
   job.mutable_frames()->set_done(12);
-  EXPECT_EQ(JobSummary(job), "12 of 12 frames registered");
+  EXPECT_EQ(JobText(job), "12 of 12 frames registered");
   job.mutable_spec()->mutable_driving();
-  EXPECT_EQ(JobSummary(job), "12 of 12 frames driven");
+  EXPECT_EQ(JobText(job), "12 of 12 frames driven");
   job.mutable_frames()->set_done(11);
   job.mutable_frames()->set_failed(1);
   EXPECT_THAT(OutcomeOf(job).message(), HasSubstr("could not be driven"));

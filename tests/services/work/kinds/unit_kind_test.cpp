@@ -211,6 +211,25 @@ TEST(UnknownWork, SaysThatItIsUnknown) {
   EXPECT_EQ(KindOf(spec).FaultOf(spec)->field, "spec.work.kind");
 }
 
+TEST(UnitKind, HasNothingToDoWithoutUnits) {
+  class NoUnits : public UnitKind {
+   public:
+    NoUnits() : UnitKind({}, Order::kApart, {{"rest", 1}}) {}
+
+   protected:
+    absl::StatusOr<std::unique_ptr<Units>> Open(const WorkArguments&) const override {
+      class None : public Units {
+        std::vector<std::string> Names() const override { return {}; }
+        std::vector<v1::NamedValue> Hashes() const override { return {}; }
+        absl::StatusOr<std::string> Fingerprint(size_t) const override { return "none"; }
+        absl::Status Compute(size_t, const UnitPlace&) override { return absl::OkStatus(); }
+      };
+      return std::make_unique<None>();
+    }
+  };
+  EXPECT_EQ(NoUnits().Load({}, WorkKind::LoadFor::kListing).status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST(StagesOf, HaveTheVersionsOfThePipelineBeforeTheirOwn) {
   const std::vector<WorkStage> stages = StagesOf(StageList<Stage::kDecode, Stage::kAlign>(), {{"dress", 3}});
   ASSERT_EQ(stages.size(), 3u);
