@@ -7,17 +7,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "nets/tensor.h"
 
 namespace weft {
 
-// [channels][height][width].
-struct Tensor {
-  int channels = 0, height = 0, width = 0;
-  std::vector<float> values;
-};
-
-// One image in, one out. Not for use by two threads at once. The same bytes at any thread count; another kind
-// of processor may give other last bits.
+// Not for use by two threads at once. The same bytes at any thread count; another kind of processor may give
+// other last bits.
 class Net {
  public:
   // Checked by net_model.h first: the library's reader was not made for files of strangers. InvalidArgument
@@ -27,9 +22,14 @@ class Net {
   Net& operator=(Net&&) noexcept;
   ~Net();
 
-  // InvalidArgument, with the net's source name: an image of other channels than the net takes, values that
-  // are not finite in the answer, anything else that the library refuses.
-  absl::StatusOr<Tensor> Run(const Tensor& image);
+  // As the file names them, in its order.
+  const std::vector<NamedShape>& inputs() const;
+  const std::vector<NamedShape>& outputs() const;
+
+  // All outputs for all inputs. InvalidArgument, with the net's source name: errors of ShapesOfOutputs
+  // (net_model.h), an input that holds fewer or more values than its shape says, an output with values that
+  // are not finite, anything else that the library refuses.
+  absl::StatusOr<NamedTensors> Run(const NamedTensors& inputs);
 
  private:
   struct State;

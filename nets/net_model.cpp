@@ -33,17 +33,19 @@ absl::Status CheckTensor(const NetTensor& tensor) {
   return absl::OkStatus();
 }
 
-// The checks of one model: each node is looked at with what was computed before it.
+// The checks of one model: each node is looked at with what was computed before it. Outputs get the channels
+// that they have.
 class ModelCheck {
  public:
-  explicit ModelCheck(const NetModel& model) : model_(model) {}
+  explicit ModelCheck(NetModel& model) : model_(model) {}
 
   absl::Status Run() {
-    if (model_.image_channels < 1 || model_.image_channels > kMostChannels)
-      return Refused(absl::StrCat("the image has ", model_.image_channels, " channels"));
     if (model_.nodes.empty()) return Refused("it has no layers");
-    WEFT_RETURN_IF_ERROR(Define(model_.image));
-    channels_[model_.image] = model_.image_channels;
+    for (const NamedShape& input : model_.inputs) {
+      WEFT_RETURN_IF_ERROR(Define(input.name));
+      WEFT_RETURN_IF_ERROR(CheckShape("input", input));
+      channels_[input.name] = input.shape.channels;
+    }
     for (const NetTensor& tensor : model_.tensors) {
       absl::Status status = Define(tensor.name);
       status.Update(CheckTensor(tensor));
@@ -54,9 +56,7 @@ class ModelCheck {
       if (absl::Status status = CheckNode(node); !status.ok())
         return Refused(absl::StrCat("node \"", node.output, "\": ", std::string(status.message())));
     }
-    if (model_.answer != model_.nodes.back().output)
-      return Refused(absl::StrCat("the answer \"", model_.answer, "\" is not that of the last node"));
-    used_.insert(model_.answer);
+    WEFT_RETURN_IF_ERROR(CheckOutputs());
     for (const std::string& name : defined_) {
       if (!used_.contains(name)) return Refused(absl::StrCat("\"", name, "\" is used by nothing"));
     }
@@ -68,6 +68,33 @@ class ModelCheck {
     if (name.empty()) return Refused("a name is missing");
     if (defined_.insert(name).second) return absl::OkStatus();
     return Refused(absl::StrCat("the name \"", name, "\" stands for two things"));
+  }
+
+  static absl::Status CheckShape(const char* kind, const NamedShape& named) {
+    const auto [channels, height, width] = named.shape;
+    const auto is_side = [](int64_t side) { return side == kAnySize || (side >= 1 && side <= kMostSide); };
+    if (channels >= 1 && channels <= kMostChannels && is_side(height) && is_side(width))
+      return absl::OkStatus();
+    return Refused(absl::StrCat(kind, " \"", named.name, "\" is of ", Describe(named.shape),
+                                ", expected 1 to ", kMostChannels, " channels and sides of 1 to ",
+                                kMostSide));
+  }
+
+  absl::Status CheckOutputs() {
+    std::set<std::string> names;
+    for (const NetNode& node : model_.nodes) names.insert(node.output);
+    for (NamedShape& output : model_.outputs) {
+      if (names.erase(output.name) == 0)
+        return Refused(absl::StrCat("output \"", output.name, "\" is that of no node, or stands twice"));
+      const int64_t channels = channels_.at(output.name);
+      if (output.shape.channels == kAnySize) output.shape.channels = channels;
+      WEFT_RETURN_IF_ERROR(CheckShape("output", output));
+      if (output.shape.channels != channels)
+        return Refused(absl::StrCat("output \"", output.name, "\" is of ", output.shape.channels,
+                                    " channels, and its node makes ", channels));
+      used_.insert(output.name);
+    }
+    return absl::OkStatus();
   }
 
   absl::Status CheckNode(const NetNode& node) {
@@ -155,48 +182,62 @@ class ModelCheck {
     return Refused(absl::StrCat("scales are not 1, 1 and two whole numbers to ", kMostScale));
   }
 
-  const NetModel& model_;
+  NetModel& model_;
   std::set<std::string> defined_, used_;
   std::unordered_map<std::string, int64_t> channels_;  // of images
   std::unordered_map<std::string, const NetTensor*> tensors_;
 };
 
-// Adds up what an answer takes.
+// Adds up what a run takes.
 class RunSize {
  public:
   explicit RunSize(const NetModel& model) : model_(model) {
     for (const NetTensor& tensor : model.tensors) tensors_[tensor.name] = &tensor;
   }
 
-  absl::StatusOr<NetSize> Of(const NetSize& image) {
-    if (image.channels != model_.image_channels)
-      return Refused(absl::StrCat("takes images of ", model_.image_channels, " channels, and this one has ",
-                                  image.channels));
-    if (image.height < 1 || image.width < 1 || image.height > kMostSide || image.width > kMostSide)
-      return Refused(absl::StrCat("takes images of up to ", kMostSide, " pixels a side, and this one has ",
-                                  image.width, " x ", image.height));
-    sizes_[model_.image] = image;
+  absl::StatusOr<std::map<std::string, TensorShape>> Of(const std::map<std::string, TensorShape>& inputs) {
+    WEFT_RETURN_IF_ERROR(CheckInputs(model_.inputs, inputs));
+    for (const auto& [name, shape] : inputs) {
+      if (shape.height < 1 || shape.width < 1 || shape.height > kMostSide || shape.width > kMostSide)
+        return Refused(absl::StrCat("takes images of up to ", kMostSide, " pixels a side, and \"", name,
+                                    "\" is of ", Describe(shape)));
+      sizes_[name] = shape;
+    }
     for (const NetNode& node : model_.nodes) {
-      WEFT_ASSIGN_OR_RETURN(const NetSize size, SizeOf(node));
+      WEFT_ASSIGN_OR_RETURN(const TensorShape size, SizeOf(node));
       // Each is bounded, so neither overflows.
       values_ += size.channels * size.height * size.width;
       if (values_ > kMostNetValues || products_ > kMostNetProducts)
-        return Refused(absl::StrCat("takes more memory or time than any net of Weft for an image of ",
-                                    image.width, " x ", image.height));
+        return Refused(absl::StrCat("takes more memory or time than any net of Weft for ", Told(inputs)));
       sizes_[node.output] = size;
     }
-    return sizes_[model_.answer];
+    std::map<std::string, TensorShape> out;
+    for (const NamedShape& output : model_.outputs) {
+      const TensorShape made = sizes_[output.name], said = output.shape;
+      if ((said.height != kAnySize && said.height != made.height) ||
+          (said.width != kAnySize && said.width != made.width))
+        return Refused(absl::StrCat("makes an output \"", output.name, "\" of ", Describe(made), " of ",
+                                    Told(inputs), ", and its file says ", Describe(said)));
+      out[output.name] = made;
+    }
+    return out;
   }
 
  private:
-  absl::StatusOr<NetSize> SizeOf(const NetNode& node) {
-    NetSize size = sizes_.at(node.inputs.front());
+  static std::string Told(const std::map<std::string, TensorShape>& inputs) {
+    std::vector<NamedShape> named;
+    for (const auto& [name, shape] : inputs) named.push_back({name, shape});
+    return Describe(named);
+  }
+
+  absl::StatusOr<TensorShape> SizeOf(const NetNode& node) {
+    TensorShape size = sizes_.at(node.inputs.front());
     switch (node.kind) {
       case NetOperator::kLeakyRelu:
         return size;
       case NetOperator::kConcat:
         for (size_t i = 1; i < node.inputs.size(); ++i) {
-          const NetSize& other = sizes_.at(node.inputs[i]);
+          const TensorShape& other = sizes_.at(node.inputs[i]);
           if (other.height != size.height || other.width != size.width)
             return Refused(absl::StrCat("node \"", node.output, "\" joins images of ", size.width, " x ",
                                         size.height, " and ", other.width, " x ", other.height,
@@ -215,25 +256,25 @@ class RunSize {
     }
   }
 
-  absl::StatusOr<NetSize> SlidOver(const NetNode& node, const NetSize& size) {
+  absl::StatusOr<TensorShape> SlidOver(const NetNode& node, const TensorShape& size) {
     const auto places = [&](size_t axis, int64_t side) {
       const int64_t room = side + 2 * node.pads[axis] - node.dilations[axis] * (node.kernel[axis] - 1) - 1;
       return room < 0 ? 0 : room / node.strides[axis] + 1;
     };
-    NetSize out = {size.channels, places(0, size.height), places(1, size.width)};
+    TensorShape out = {size.channels, places(0, size.height), places(1, size.width)};
     int64_t products = node.kernel[0] * node.kernel[1];
     if (node.kind == NetOperator::kConv) {
       const NetTensor& weights = *tensors_.at(node.inputs[1]);
       out.channels = weights.dims[0];
       products *= weights.dims[1];
     }
-    const absl::StatusOr<NetSize> bounded = Bounded(out, node);
+    const absl::StatusOr<TensorShape> bounded = Bounded(out, node);
     // kMostNetValues of at most 2^24 products: below 2^63 until the sum is looked at.
     if (bounded.ok()) products_ += products * (out.channels * out.height * out.width);
     return bounded;
   }
 
-  static absl::StatusOr<NetSize> Bounded(const NetSize& size, const NetNode& node) {
+  static absl::StatusOr<TensorShape> Bounded(const TensorShape& size, const NetNode& node) {
     if (size.height < 1 || size.width < 1)
       return Refused(absl::StrCat("the image is too small for node \"", node.output, "\""));
     if (size.height > kMostSide || size.width > kMostSide ||
@@ -245,24 +286,28 @@ class RunSize {
 
   const NetModel& model_;
   std::unordered_map<std::string, const NetTensor*> tensors_;
-  std::unordered_map<std::string, NetSize> sizes_;
+  std::unordered_map<std::string, TensorShape> sizes_;
   int64_t values_ = 0, products_ = 0;
 };
 
 }  // namespace
 
 absl::StatusOr<NetModel> ReadNetModel(std::string_view onnx) {
-  absl::StatusOr<NetModel> model = ReadNetFields(onnx);
-  if (!model.ok()) return model;
-  WEFT_RETURN_IF_ERROR(ModelCheck(*model).Run());
-  // Some size that every halving divides.
+  WEFT_ASSIGN_OR_RETURN(NetModel model, ReadNetFields(onnx));
+  WEFT_RETURN_IF_ERROR(ModelCheck(model).Run());
+  // Some size that every halving divides, the same for all inputs.
   constexpr int64_t kSide = 64;
-  const absl::StatusOr<NetSize> answer = SizeOfAnswer(*model, {model->image_channels, kSide, kSide});
-  return answer.ok() ? model : absl::StatusOr<NetModel>(answer.status());
+  std::map<std::string, TensorShape> tried;
+  for (const auto& [name, shape] : model.inputs)
+    tried[name] = {shape.channels, shape.height == kAnySize ? kSide : shape.height,
+                   shape.width == kAnySize ? kSide : shape.width};
+  WEFT_RETURN_IF_ERROR(ShapesOfOutputs(model, tried).status());
+  return model;
 }
 
-absl::StatusOr<NetSize> SizeOfAnswer(const NetModel& model, const NetSize& image) {
-  return RunSize(model).Of(image);
+absl::StatusOr<std::map<std::string, TensorShape>> ShapesOfOutputs(
+    const NetModel& model, const std::map<std::string, TensorShape>& inputs) {
+  return RunSize(model).Of(inputs);
 }
 
 }  // namespace weft

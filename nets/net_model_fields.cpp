@@ -280,12 +280,13 @@ absl::StatusOr<NetNode> ReadNode(std::string_view bytes) {
   return node;
 }
 
-// Name and channels of the one image or answer: [1][channels][height][width] of floats.
-absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& channels) {
-  std::vector<int64_t> dims;  // -1: of any size
+// An input or an output: [1][channels][height][width] of floats.
+absl::StatusOr<NamedShape> ReadNamedShape(std::string_view bytes) {
+  NamedShape out;
+  std::vector<int64_t> dims;
   const auto read_dim = [&](const WireField& dim) -> absl::Status {
     if (dim.number != 1 || dim.kind != Kind::kBytes || dims.size() >= 4) return Unknown("a shape", dim);
-    int64_t& side = dims.emplace_back(-1);
+    int64_t& side = dims.emplace_back(kAnySize);
     return VisitFields(dim.bytes, [&](const WireField& field) -> absl::Status {
       if (field.number == 1 && field.kind == Kind::kNumber) side = static_cast<int64_t>(field.value);
       return field.number <= 3 ? absl::OkStatus() : Unknown("a dimension", field);
@@ -298,7 +299,7 @@ absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& chann
     return Unknown("a tensor's type", part);
   };
   WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
-    if (field.number == 1) return ReadName(field, name);
+    if (field.number == 1) return ReadName(field, out.name);
     if (field.number == 3) return absl::OkStatus();  // words
     if (field.number != 2 || field.kind != Kind::kBytes) return Unknown("an image", field);
     return VisitFields(field.bytes, [&](const WireField& type) -> absl::Status {
@@ -308,14 +309,19 @@ absl::Status ReadImage(std::string_view bytes, std::string& name, int64_t& chann
     });
   }));
   if (dims.size() != 4 || dims[0] > 1 || dims[0] == 0)
-    return Bad(absl::StrCat("\"", name, "\" is no image of 1 x channels x height x width"));
-  channels = dims[1];
+    return Bad(absl::StrCat("\"", out.name, "\" is no image of 1 x channels x height x width"));
+  out.shape = {dims[1], dims[2], dims[3]};
+  return out;
+}
+
+absl::Status AddNamedShape(const WireField& field, size_t most, std::vector<NamedShape>& shapes) {
+  if (shapes.size() >= most) return Bad(absl::StrCat("more than ", most, " inputs or outputs"));
+  WEFT_ASSIGN_OR_RETURN(NamedShape shape, ReadNamedShape(field.bytes));
+  shapes.push_back(std::move(shape));
   return absl::OkStatus();
 }
 
 absl::Status ReadGraph(std::string_view bytes, NetModel& model) {
-  int images = 0, answers = 0;
-  int64_t of_answer = 0;
   WEFT_RETURN_IF_ERROR(VisitFields(bytes, [&](const WireField& field) -> absl::Status {
     if (field.kind != Kind::kBytes) return Unknown("the graph", field);
     switch (field.number) {
@@ -334,10 +340,9 @@ absl::Status ReadGraph(std::string_view bytes, NetModel& model) {
         return tensor.status();
       }
       case graph_field::kInput:
-        return ++images > 1 ? Bad("it takes two images")
-                            : ReadImage(field.bytes, model.image, model.image_channels);
+        return AddNamedShape(field, kMostInputs, model.inputs);
       case graph_field::kOutput:
-        return ++answers > 1 ? Bad("it gives two answers") : ReadImage(field.bytes, model.answer, of_answer);
+        return AddNamedShape(field, kMostOutputs, model.outputs);
       case graph_field::kName:
       case graph_field::kDoc:
         return absl::OkStatus();
@@ -345,7 +350,8 @@ absl::Status ReadGraph(std::string_view bytes, NetModel& model) {
         return Unknown("the graph", field);
     }
   }));
-  return images == 1 && answers == 1 ? absl::OkStatus() : Bad("it takes no image, or gives no answer");
+  return !model.inputs.empty() && !model.outputs.empty() ? absl::OkStatus()
+                                                         : Bad("it has no inputs, or no outputs");
 }
 
 absl::Status ReadOpset(std::string_view bytes) {

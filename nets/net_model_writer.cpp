@@ -119,14 +119,19 @@ Message TensorOf(const NetTensor& tensor) {
   return out;
 }
 
-// An image of any height and width.
-Message ImageOf(const std::string& name, int64_t channels) {
-  Message one, of_channels, height, width, shape, type, any, out;
-  shape.Within(1, one.Number(1, 1));
-  if (channels > 0) of_channels.Number(1, channels);
-  shape.Within(1, of_channels).Within(1, height.Bytes(2, "height")).Within(1, width.Bytes(2, "width"));
+Message DimensionOf(int64_t size, const char* name) {
+  Message out;
+  return size == kAnySize ? out.Bytes(2, name) : out.Number(1, size);
+}
+
+// An input or an output.
+Message ValueOf(const NamedShape& named) {
+  Message shape, type, any, out;
+  shape.Within(1, DimensionOf(1, "batch")).Within(1, DimensionOf(named.shape.channels, "channels"));
+  shape.Within(1, DimensionOf(named.shape.height, "height"));
+  shape.Within(1, DimensionOf(named.shape.width, "width"));
   type.Number(1, 1).Within(2, shape);
-  out.Bytes(1, name).Within(2, any.Within(1, type));
+  out.Bytes(1, named.name).Within(2, any.Within(1, type));
   return out;
 }
 
@@ -137,7 +142,8 @@ std::string WriteNetModel(const NetModel& model) {
   for (const NetNode& node : model.nodes) graph.Within(1, NodeOf(node));
   graph.Bytes(2, "net");
   for (const NetTensor& tensor : model.tensors) graph.Within(5, TensorOf(tensor));
-  graph.Within(11, ImageOf(model.image, model.image_channels)).Within(12, ImageOf(model.answer, 0));
+  for (const NamedShape& input : model.inputs) graph.Within(11, ValueOf(input));
+  for (const NamedShape& output : model.outputs) graph.Within(12, ValueOf(output));
   opset.Number(2, 11);
   out.Number(1, 6).Bytes(2, "weft").Within(7, graph).Within(8, opset);
   return out.bytes();

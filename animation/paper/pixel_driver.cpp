@@ -60,7 +60,7 @@ absl::StatusOr<PixelDriver> PixelDriver::Create(const Template& garment, PixelAv
                         BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), avatar.graph));
   if (status = avatar.prior.Validate(graph.nodes()); !status.ok()) return status;
   WEFT_ASSIGN_OR_RETURN(Atlas atlas, Atlas::Build(garment, ChartsOnBoard(garment), avatar.net.atlas));
-  WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, kPixelAnswers));
+  WEFT_ASSIGN_OR_RETURN(Net net, LoadNet(avatar.net, {kPixelFeatures, kPixelAnswers}));
   auto state = std::make_unique<State>(State{std::move(avatar), std::move(graph), NodeVertices(garment),
                                              std::move(atlas), std::move(net), std::nullopt});
   state->tracker.emplace(state->graph, state->avatar.prior, options);
@@ -80,7 +80,7 @@ absl::StatusOr<PixelDrivenFrame> PixelDriver::Drive(std::span<const DrivingView>
   out.carrier_mm = state_->tracker->MeshOf(track.state);
   AtlasImage image =
       state_->atlas.Gather(PixelFeatures(views, state_->nodes, out.carrier_mm), kPixelFeatures);
-  WEFT_ASSIGN_OR_RETURN(const AtlasImage answer, AskNet(state_->net, std::move(image), kPixelAnswers));
+  WEFT_ASSIGN_OR_RETURN(const AtlasImage answer, AskNet(state_->net, std::move(image)));
   const std::vector<float> values = state_->atlas.Scatter(answer);
   for (size_t v = 0; v < out.carrier_mm.size(); ++v)
     out.position_mm.push_back(out.carrier_mm[v] + kAnswerUnitMm * Eigen::Vector3d(values[3 * v],

@@ -23,13 +23,19 @@ struct CorrectedMesh {
   std::vector<float> deviation_mm;
 };
 
-// InvalidArgument where the net does not read, or does not answer its sample as it did when it was trained:
-// to 1e-4 of its largest answer, with so many channels.
-absl::StatusOr<Net> LoadNet(const AvatarNet& net, int answers);
-absl::Status CheckNet(const AvatarNet& net, int answers = kDrivingAnswers);
-// The answer as an image of the same size, of so many channels. InvalidArgument where it is another one;
-// errors of the net.
-absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image, int answers);
+// Nets of avatars take an image of the garment's atlas by this name, and give one of the same size.
+inline constexpr char kNetInput[] = "image", kNetOutput[] = "answer";
+// Their channels.
+struct AvatarNetChannels {
+  int features = kDrivingFeatures, answers = kDrivingAnswers;
+};
+
+// InvalidArgument where the net does not read, has other inputs or outputs than these, or does not answer its
+// sample as it did when it was trained, to 1e-4 of its largest answer.
+absl::StatusOr<Net> LoadNet(const AvatarNet& net, const AvatarNetChannels& channels);
+absl::Status CheckNet(const AvatarNet& net, const AvatarNetChannels& channels = {});
+// The answer to an image. InvalidArgument where it is of another size; errors of the net.
+absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image);
 
 // Not for use by two threads at once. Parallel loops run in the calling thread's TBB arena.
 class NetCorrection {

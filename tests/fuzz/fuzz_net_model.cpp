@@ -2,6 +2,7 @@
 // imported by OpenCV and run on images of several sizes; both must agree on what comes out. OpenCV may refuse
 // a net by an exception: it assumes sizes of its own at import.
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,8 @@ class Choices {
   Choices(const uint8_t* data, size_t size) : data_(data), size_(size) {}
   int64_t Of(int64_t limit) { return at_ < size_ ? data_[at_++] % limit : 0; }
   bool AreLeft() const { return at_ < size_; }
+  // Apart from the others.
+  int64_t Last(int64_t limit) const { return size_ > 0 ? data_[size_ - 1] % limit : 0; }
 
  private:
   const uint8_t* data_;
@@ -26,16 +29,23 @@ class Choices {
 class Maker {
  public:
   explicit Maker(Choices choices) : choices_(choices) {
-    model_.image = "image";
-    model_.image_channels = 1 + choices_.Of(6);
-    images_.emplace_back("image", model_.image_channels);
+    model_.inputs = {{"image", {1 + choices_.Of(6)}}};
+    images_.emplace_back("image", model_.inputs[0].shape.channels);
+    if (choices_.Last(4) != 3) return;
+    model_.inputs.push_back({"second", {1 + choices_.Of(6)}});
+    images_.emplace_back("second", model_.inputs[1].shape.channels);
   }
 
   NetModel Make() {
     while (choices_.AreLeft() && model_.nodes.size() < 12) AddNode(static_cast<NetOperator>(choices_.Of(5)));
     AddNode(NetOperator::kConv);
-    JoinUnused();
-    model_.answer = model_.nodes.back().output;
+    if (choices_.Last(8) < 4) JoinUnused();
+    for (const auto& [name, channels] : Unused()) {
+      if (name != "image" && name != "second") model_.outputs.push_back({name, {channels}});
+    }
+    // One that the net uses itself.
+    if (choices_.Last(16) == 15 && model_.nodes.front().output != model_.outputs.front().name)
+      model_.outputs.push_back({model_.nodes.front().output, {kAnySize}});
     return std::move(model_);
   }
 
@@ -94,18 +104,28 @@ class Maker {
     images_.emplace_back(node.output, channels);
   }
 
+  std::vector<std::pair<std::string, int64_t>> Unused() const {
+    std::vector<std::pair<std::string, int64_t>> out;
+    for (const auto& image : images_) {
+      bool is_used = false;
+      for (const NetNode& node : model_.nodes)
+        is_used =
+            is_used || std::find(node.inputs.begin(), node.inputs.end(), image.first) != node.inputs.end();
+      if (!is_used) out.push_back(image);
+    }
+    return out;
+  }
+
   // What nobody uses is joined at the end; where sizes differ the check refuses it.
   void JoinUnused() {
     NetNode join;
     join.kind = NetOperator::kConcat;
     join.output = "answer";
-    for (const auto& [name, channels] : images_) {
-      bool is_used = false;
-      for (const NetNode& node : model_.nodes)
-        is_used = is_used || std::find(node.inputs.begin(), node.inputs.end(), name) != node.inputs.end();
-      if (!is_used) join.inputs.push_back(name);
-    }
-    if (join.inputs.size() > 1) model_.nodes.push_back(join);
+    int64_t sum = 0;
+    for (const auto& [name, channels] : Unused()) join.inputs.push_back(name), sum += channels;
+    if (join.inputs.size() < 2) return;
+    model_.nodes.push_back(join);
+    images_.emplace_back(join.output, sum);
   }
 
   Choices choices_;
@@ -131,14 +151,21 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   for (const auto& [height, width] : {std::pair(64, 64), {24, 40}, {1, 3}, {64, 64}}) {
-    const auto channels = static_cast<int>(made.image_channels);
-    if (const auto expected = SizeOfAnswer(made, {channels, height, width});
-        !expected.ok() || expected->channels * expected->height * expected->width > (1 << 20))
+    NamedTensors inputs;
+    std::map<std::string, TensorShape> shapes;
+    for (const auto& [name, shape] : made.inputs) {
+      const auto channels = static_cast<int>(shape.channels);
+      Tensor& input = inputs[name] = {channels, height, width, {}};
+      input.values.assign(static_cast<size_t>(channels * height * width), 0.25f);
+      shapes[name] = input.shape();
+    }
+    const auto expected = ShapesOfOutputs(made, shapes);
+    if (!expected.ok() || std::any_of(expected->begin(), expected->end(), [](const auto& output) {
+          return output.second.channels * output.second.height * output.second.width > (1 << 20);
+        }))
       continue;
-    Tensor image{channels, height, width, {}};
-    image.values.assign(static_cast<size_t>(channels * height * width), 0.25f);
-    const auto answer = net->Run(image);
-    FuzzRequire(answer.ok() || IsOfLibrary(answer.status()), std::string(answer.status().message()));
+    const auto outputs = net->Run(inputs);
+    FuzzRequire(outputs.ok() || IsOfLibrary(outputs.status()), std::string(outputs.status().message()));
   }
   return 0;
 }

@@ -112,9 +112,8 @@ TEST_F(TrainNetTest, LearnsVerticesAndNormalsOfSamplesWithTangents) {
   // It is not told the tangents, and answers offsets alone.
   absl::StatusOr<Net> read = Net::FromOnnx(net.onnx, "net.onnx");
   ASSERT_TRUE(read.ok());
-  const auto answer = read->Run({kFeatures, 8, 8, std::vector<float>(kFeatures * 64, 0.5f)});
-  ASSERT_TRUE(answer.ok()) << answer.status();
-  EXPECT_EQ(answer->channels, kOffsets);
+  EXPECT_EQ(Describe(read->inputs()), "\"image\" of 5 x any x any");
+  EXPECT_EQ(Describe(read->outputs()), "\"answer\" of 3 x any x any");
   EXPECT_THROW(TrainNet(
                    file_, training_, [](const NetProgress&) {}, [] { return false; }),
                std::runtime_error);

@@ -39,14 +39,14 @@ TEST(OffsetNet, OnnxAnswersAsTheTrainerDoes) {
       const torch::Tensor image = torch::randn({1, shape.features, height, width});
       const torch::Tensor expected = net->forward(image).contiguous();
       const float* in = image.data_ptr<float>();
-      const auto answer = loaded->Run({shape.features, height, width, {in, in + image.numel()}});
-      ASSERT_TRUE(answer.ok()) << answer.status();
-      EXPECT_EQ(answer->channels, shape.answers);
-      EXPECT_EQ(answer->height, height);
-      EXPECT_EQ(answer->width, width);
+      const auto outputs =
+          loaded->Run({{"image", {shape.features, height, width, {in, in + image.numel()}}}});
+      ASSERT_TRUE(outputs.ok()) << outputs.status();
+      const Tensor& answer = outputs->at("answer");
+      EXPECT_EQ(answer.shape(), (TensorShape{shape.answers, height, width}));
       const float largest = expected.abs().max().item<float>();
-      for (size_t i = 0; i < answer->values.size(); ++i)
-        ASSERT_NEAR(answer->values[i], expected.data_ptr<float>()[i], 1e-4f * largest);
+      for (size_t i = 0; i < answer.values.size(); ++i)
+        ASSERT_NEAR(answer.values[i], expected.data_ptr<float>()[i], 1e-4f * largest);
     }
   }
 }

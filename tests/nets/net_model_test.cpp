@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <string>
 
 #include "nets/net.h"
@@ -16,6 +17,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 std::string DataFile(const std::string& name) {
   std::ifstream file(std::string(WEFT_TEST_DATA) + "/" + name, std::ios::binary);
@@ -31,8 +33,7 @@ NetTensor Numbers(const std::string& name, std::vector<int64_t> dims, float valu
 // A small U-Net of all five operators: 2 channels, halved, doubled, joined, answered with 3.
 NetModel UNet() {
   NetModel model;
-  model.image = "image";
-  model.image_channels = 2;
+  model.inputs = {{"image", {2}}};
   model.tensors = {Numbers("w0", {4, 2, 3, 3}), Numbers("b0", {4}), Numbers("roi", {0}),
                    Numbers("scales", {4}), Numbers("w1", {3, 6, 1, 1})};
   model.tensors[3].values = {1, 1, 2, 2};
@@ -56,7 +57,26 @@ NetModel UNet() {
   answer.inputs = {"join", "w1"};
   answer.output = "answer";
   model.nodes = {conv, leaky, half, twice, join, answer};
-  model.answer = "answer";
+  model.outputs = {{"answer", {3}}};
+  return model;
+}
+
+// Two inputs of sides of their own, and two outputs, of which the net uses one itself.
+NetModel TwoWays() {
+  NetModel model;
+  model.inputs = {{"near", {2, 4, 6}}, {"far", {1, 4, 6}}};
+  model.tensors = {Numbers("w0", {2, 3, 1, 1})};
+  NetNode join, conv, leaky;
+  join.kind = NetOperator::kConcat;
+  join.inputs = {"near", "far"};
+  join.output = "join";
+  conv.inputs = {"join", "w0"};
+  conv.output = "mean";
+  leaky.kind = NetOperator::kLeakyRelu;
+  leaky.inputs = {"mean"};
+  leaky.output = "bent";
+  model.nodes = {join, conv, leaky};
+  model.outputs = {{"bent", {2}}, {"mean", {2, 4, kAnySize}}};
   return model;
 }
 
@@ -76,10 +96,27 @@ TEST(NetModel, ReadsWhatItWrites) {
   EXPECT_EQ(model->tensors[0].values, UNet().tensors[0].values);
 }
 
+TEST(NetModel, KeepsNamesAndShapesOfInputsAndOutputs) {
+  const absl::StatusOr<NetModel> model = ReadNetModel(WriteNetModel(TwoWays()));
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_EQ(Describe(model->inputs), "\"near\" of 2 x 4 x 6, \"far\" of 1 x 4 x 6");
+  EXPECT_EQ(Describe(model->outputs), "\"bent\" of 2 x any x any, \"mean\" of 2 x 4 x any");
+  EXPECT_EQ(WriteNetModel(*model), WriteNetModel(TwoWays()));
+}
+
+TEST(NetModel, ReadsOutputsThatDoNotSayTheirChannels) {
+  NetModel older = UNet();
+  older.outputs[0].shape.channels = kAnySize;
+  const absl::StatusOr<NetModel> model = ReadNetModel(WriteNetModel(older));
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_EQ(WriteNetModel(*model), WriteNetModel(UNet()));
+}
+
 TEST(NetModel, ReadsTheNetsOfTraining) {
   const absl::StatusOr<NetModel> unet = ReadNetModel(DataFile("unet.onnx"));
   ASSERT_TRUE(unet.ok()) << unet.status();
-  EXPECT_EQ(unet->image_channels, 3);
+  EXPECT_EQ(Describe(unet->inputs), "\"image\" of 3 x any x any");
+  EXPECT_EQ(Describe(unet->outputs), "\"answer\" of 4 x any x any");
   EXPECT_EQ(unet->nodes.size(), 16u);
   EXPECT_EQ(unet->nodes[1].alpha, 0.2f);
   EXPECT_TRUE(ReadNetModel(DataFile("shift.onnx")).ok());
@@ -117,7 +154,22 @@ TEST(NetModel, RefusesNamesThatAreUnknownOrTwice) {
   EXPECT_THAT(RefusalOf([](Model& m) { m.tensors[1].name = ""; }), HasSubstr("a name is missing"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.tensors.push_back(Numbers("more", {1})); }),
               HasSubstr("\"more\" is used by nothing"));
-  EXPECT_THAT(RefusalOf([](Model& m) { m.answer = "join"; }), HasSubstr("not that of the last node"));
+  EXPECT_THAT(RefusalOf([](Model& m) {
+                m.outputs[0] = {"join", {6}};
+              }),
+              HasSubstr("\"answer\" is used by nothing"));
+  for (const char* name : {"image", "w0", "other"})
+    EXPECT_THAT(RefusalOf([&](Model& m) { m.outputs[0].name = name; }), HasSubstr("is that of no node"))
+        << name;
+  EXPECT_THAT(RefusalOf([](Model& m) { m.outputs.push_back(m.outputs[0]); }), HasSubstr("stands twice"));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.inputs.push_back(m.inputs[0]); }),
+              HasSubstr("stands for two things"));
+  EXPECT_THAT(RefusalOf([](Model& m) {
+                m.inputs.push_back({"more", {1}});
+              }),
+              HasSubstr("\"more\" is used by nothing"));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.inputs[0].name = m.nodes[0].inputs[0] = ""; }),
+              HasSubstr("a name is missing"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.tensors[0].name = m.nodes[0].inputs[1] = std::string(257, 'n'); }),
               HasSubstr("up to 256 bytes"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.tensors[0].name = m.nodes[0].inputs[1] = "a\nb"; }),
@@ -126,8 +178,8 @@ TEST(NetModel, RefusesNamesThatAreUnknownOrTwice) {
 
 TEST(NetModel, RefusesLayersThatDoNotFit) {
   using Model = NetModel;
-  EXPECT_THAT(RefusalOf([](Model& m) { m.image_channels = 5; }), HasSubstr("weights are of 2 channels"));
-  EXPECT_THAT(RefusalOf([](Model& m) { m.image_channels = 0; }), HasSubstr("the image has -1 channels"));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.inputs[0].shape.channels = 5; }),
+              HasSubstr("weights are of 2 channels"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.nodes[0].group = 0; }), HasSubstr("group is 0"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.nodes[0].group = 3; }), HasSubstr("group is 3"));
   EXPECT_THAT(RefusalOf([](Model& m) { m.nodes[0].group = 2; }), HasSubstr("weights are of 4 channels"));
@@ -160,6 +212,24 @@ TEST(NetModel, RefusesLayersThatDoNotFit) {
   EXPECT_THAT(RefusalOf([](Model& m) { m.nodes[2].strides = {3, 2}; }), HasSubstr("joins images of"));
 }
 
+TEST(NetModel, RefusesShapesThatCannotBe) {
+  using Model = NetModel;
+  for (const TensorShape& shape : {TensorShape{0}, {kAnySize}, {2, 0}, {2, 4, -3}, {2, 1 << 16}, {1 << 17}})
+    EXPECT_THAT(RefusalOf([&](Model& m) { m.inputs[0].shape = shape; }),
+                HasSubstr("input \"image\" is of " + Describe(shape)));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.outputs[0].shape.channels = 4; }),
+              HasSubstr("\"answer\" is of 4 channels, and its node makes 3"));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.outputs[0].shape.height = 0; }), HasSubstr("output \"answer\""));
+  // Of sides that are known nothing else is tried.
+  EXPECT_THAT(RefusalOf([](Model& m) { m.inputs[0].shape.height = 31; }), HasSubstr("joins images of"));
+  EXPECT_THAT(RefusalOf([](Model& m) { m.inputs[0].shape.height = 32, m.outputs[0].shape.height = 16; }),
+              HasSubstr("\"answer\" of 3 x 32 x 64 of \"image\" of 2 x 32 x 64, and its file says 3 x 16"));
+  EXPECT_EQ(RefusalOf([](Model& m) {
+              m.inputs[0].shape = {2, 32, 16}, m.outputs[0].shape = {3, 32, 16};
+            }),
+            "");
+}
+
 TEST(NetModel, RefusesMoreThanAnyNetHas) {
   EXPECT_THAT(RefusalOf([](NetModel& m) {
                 // Each join doubles the channels.
@@ -170,7 +240,7 @@ TEST(NetModel, RefusesMoreThanAnyNetHas) {
                   join.output = "more" + std::to_string(k);
                   m.nodes.push_back(join);
                 }
-                m.answer = m.nodes.back().output;
+                m.outputs = {{m.nodes.back().output, {kAnySize}}};
               }),
               HasSubstr("channels"));
   EXPECT_THAT(RefusalOf([](NetModel& m) {
@@ -181,7 +251,7 @@ TEST(NetModel, RefusesMoreThanAnyNetHas) {
                   leaky.output = "more" + std::to_string(k);
                   m.nodes.push_back(leaky);
                 }
-                m.answer = m.nodes.back().output;
+                m.outputs = {{m.nodes.back().output, {kAnySize}}};
               }),
               HasSubstr("more than 1024 nodes"));
 }
@@ -219,29 +289,29 @@ TEST(NetModel, RefusesFieldsThatOurNetsDoNotHave) {
   for (size_t size = 1; size < good.size(); size += 7) EXPECT_NE(refusal(good.substr(0, size)), "") << size;
 }
 
-TEST(NetModel, SaysTheSizeOfTheAnswer) {
+TEST(NetModel, SaysTheShapesOfOutputs) {
   const NetModel model = UNet();
-  const absl::StatusOr<NetSize> size = SizeOfAnswer(model, {2, 30, 44});
-  ASSERT_TRUE(size.ok()) << size.status();
-  EXPECT_EQ(size->channels, 3);
-  EXPECT_EQ(size->height, 30);
-  EXPECT_EQ(size->width, 44);
-  const auto refusal = [&](const NetSize& image) {
-    return std::string(SizeOfAnswer(model, image).status().message());
+  const auto shapes = ShapesOfOutputs(model, {{"image", {2, 30, 44}}});
+  ASSERT_TRUE(shapes.ok()) << shapes.status();
+  EXPECT_THAT(*shapes, ElementsAre(Pair("answer", TensorShape{3, 30, 44})));
+  const auto refusal = [&](const std::map<std::string, TensorShape>& inputs) {
+    return std::string(ShapesOfOutputs(model, inputs).status().message());
   };
-  EXPECT_THAT(refusal({3, 30, 44}), HasSubstr("takes images of 2 channels"));
-  EXPECT_THAT(refusal({2, 31, 44}), HasSubstr("not multiples of what the net halves"));
-  EXPECT_THAT(refusal({2, 1, 1}), HasSubstr("too small"));
-  EXPECT_THAT(refusal({2, 1 << 16, 1}), HasSubstr("pixels a side"));
-  EXPECT_THAT(refusal({2, 1 << 14, 1 << 14}), HasSubstr("more memory or time"));
+  EXPECT_THAT(refusal({{"image", {3, 30, 44}}}),
+              HasSubstr("takes \"image\" of 2 x any x any, and this one is of 3 x 30 x 44"));
+  EXPECT_THAT(refusal({{"image", {2, 31, 44}}}), HasSubstr("not multiples of what the net halves"));
+  EXPECT_THAT(refusal({{"image", {2, 1, 1}}}), HasSubstr("too small"));
+  EXPECT_THAT(refusal({{"image", {2, 1 << 16, 1}}}), HasSubstr("pixels a side"));
+  EXPECT_THAT(refusal({{"image", {2, kAnySize, 1}}}), HasSubstr("pixels a side"));
+  EXPECT_THAT(refusal({{"image", {2, 1 << 14, 1 << 14}}}), HasSubstr("more memory or time"));
+  EXPECT_THAT(refusal({}), HasSubstr("\"image\" of 2 x any x any, which is missing"));
 }
 
 // As learning/onnx_export.cpp makes it.
 NetModel DefaultUNet() {
   const std::vector<int64_t> widths = {24, 48, 64, 96};
   NetModel model;
-  model.image = "image";
-  model.image_channels = 27;
+  model.inputs = {{"image", {27}}};
   std::string at = "image";
   int64_t channels = 27;
   const auto add = [&](NetNode node) {
@@ -286,36 +356,36 @@ NetModel DefaultUNet() {
     convolve(widths[level], 3), convolve(widths[level], 3);
   }
   convolve(4, 1);
-  model.answer = at;
+  model.outputs = {{at, {4}}};
   return model;
 }
 
 TEST(NetModel, LimitsOfRuns) {
   const NetModel model = DefaultUNet();
   ASSERT_TRUE(ReadNetModel(WriteNetModel(model)).ok());
-  const absl::StatusOr<NetSize> answer = SizeOfAnswer(model, {27, 512, 512});
-  ASSERT_TRUE(answer.ok()) << answer.status();
-  EXPECT_EQ(answer->channels, 4);
+  const auto is_taken = [&](int64_t height, int64_t width) {
+    return ShapesOfOutputs(model, {{"image", {27, height, width}}}).ok();
+  };
+  EXPECT_TRUE(is_taken(512, 512));
   // Channels of all images at 1, 1/2, 1/4 and 1/8 of the sides: 0.136 G values.
   const int64_t values = 512 * 512 * (316 + 584 / 4 + 816 / 16 + 448 / 64);
   EXPECT_NEAR(static_cast<double>(kMostNetValues) / static_cast<double>(values), 15.8, 0.1);
   // So twice the pixels' sides pass, and four times do not.
-  EXPECT_TRUE(SizeOfAnswer(model, {27, 1024, 1024}).ok());
-  EXPECT_TRUE(SizeOfAnswer(model, {27, 1984, 2048}).ok());
-  EXPECT_FALSE(SizeOfAnswer(model, {27, 2048, 2056}).ok());
+  EXPECT_TRUE(is_taken(1024, 1024));
+  EXPECT_TRUE(is_taken(1984, 2048));
+  EXPECT_FALSE(is_taken(2048, 2056));
 }
 
 TEST(NetModel, WhatTheLibraryAnswersHasThatSize) {
   absl::StatusOr<Net> net = Net::FromOnnx(WriteNetModel(UNet()), "net.onnx");
   ASSERT_TRUE(net.ok()) << net.status();
-  const absl::StatusOr<Tensor> answer = net->Run({2, 6, 10, std::vector<float>(120, 1)});
-  ASSERT_TRUE(answer.ok()) << answer.status();
-  EXPECT_EQ(answer->channels, 3);
-  EXPECT_EQ(answer->height, 6);
-  EXPECT_EQ(answer->width, 10);
+  const auto outputs = net->Run({{"image", {2, 6, 10, std::vector<float>(120, 1)}}});
+  ASSERT_TRUE(outputs.ok()) << outputs.status();
+  const Tensor& answer = outputs->at("answer");
+  EXPECT_EQ(answer.shape(), (TensorShape{3, 6, 10}));
   // In the middle: 18 products of 0.5 x 1, and 0.5; of four such channels and the image's two half is added.
-  EXPECT_FLOAT_EQ(answer->values[2 * 10 + 4], 0.5f * (4 * 9.5f + 2));
-  EXPECT_THAT(std::string(net->Run({2, 5, 10, std::vector<float>(100, 1)}).status().message()),
+  EXPECT_FLOAT_EQ(answer.values[2 * 10 + 4], 0.5f * (4 * 9.5f + 2));
+  EXPECT_THAT(std::string(net->Run({{"image", {2, 5, 10, std::vector<float>(100, 1)}}}).status().message()),
               HasSubstr("net.onnx: node \"join\" joins"));
 }
 

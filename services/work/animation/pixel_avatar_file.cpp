@@ -43,7 +43,7 @@ absl::StatusOr<PixelAvatarFile> ReadPixelAvatar(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(v1::Avatar about, ParseAvatar(json, PathInAvatar(folder, kAvatarFile), kPixelKind));
   WEFT_ASSIGN_OR_RETURN(AvatarBytes bytes, ReadAvatarBytes(about, folder));
   WEFT_ASSIGN_OR_RETURN(PixelAvatarFile out, AssemblePixelAvatar(std::move(about), std::move(bytes), folder));
-  if (absl::Status status = CheckNet(out.avatar.net, kPixelAnswers); !status.ok())
+  if (absl::Status status = CheckNet(out.avatar.net, {kPixelFeatures, kPixelAnswers}); !status.ok())
     return absl::InvalidArgumentError(
         absl::StrCat(PathInAvatar(folder, kAvatarNetFile), ": ", std::string(status.message())));
   return out;

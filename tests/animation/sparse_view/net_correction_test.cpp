@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "animation/sparse_view/sparse_view_driver.h"
 #include "animation/sparse_view/sparse_view_training.h"
@@ -73,7 +74,19 @@ TEST(NetCorrection, RefusesANetThatAnswersOtherwise) {
   avatar = TubeAvatar();
   avatar.net.sample.channels = 5;
   avatar.net.sample.values.resize(5 * 64);
-  EXPECT_FALSE(NetCorrection::Create(WavingTube::Garment(), tube.model, avatar).ok());
+  EXPECT_THAT(refusal(avatar), HasSubstr("takes \"image\" of 27 x any x any, and this one is of 5 x 8 x 8"));
+}
+
+TEST(NetCorrection, RefusesANetWithOtherNamesOrChannels) {
+  EXPECT_TRUE(CheckNet(ShiftNet()).ok());
+  EXPECT_THAT(std::string(CheckNet(ShiftNet(), {27, 3}).message()),
+              HasSubstr("makes \"answer\" of 4 x any x any of \"image\" of 27 x any x any, expected "
+                        "\"answer\" of 3 x any x any"));
+  EXPECT_FALSE(CheckNet(ShiftNet(), {26, 4}).ok());
+  AvatarNet other = ShiftNet();
+  for (size_t at = 0; (at = other.onnx.find("answer", at)) != std::string::npos;)
+    other.onnx.replace(at, 6, "offset");
+  EXPECT_THAT(std::string(CheckNet(other).message()), HasSubstr("makes \"offset\""));
 }
 
 TEST(NetCorrection, IsToldWhatFeaturesPromise) {
