@@ -3,12 +3,9 @@
 #include <torch/torch.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <filesystem>
 #include <map>
-#include <numbers>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "learning/offset_net.h"
@@ -20,17 +17,15 @@ constexpr double kAnswerUnitMm = 2;  // of animation/sparse_view/driving_feature
 constexpr int kOffsets = 3;
 // Of animation/paper/pixel_driver.h, and the weights of its paper's code, over what keeps the loss near 1.
 constexpr double kTangentUnitMm = 10, kVertexWeight = 0.5, kNormalWeight = 50, kLossUnit = 10;
-constexpr double kLastRate = 0.02, kWeightDecay = 1e-3, kLargestGradient = 1;
+constexpr Descent kNetDescent{.warm_up_steps = 300, .weight_decay = 1e-3, .largest_gradient = 1};
 // Frames that are further off in the mean were not tracked; a net that learnt from them would doubt all
 // others.
 constexpr double kWorstMm = 15;
 constexpr double kLeastOff = 0.1;
 // What lies beyond is no measurement.
 constexpr double kMostFeature = 5, kMostOffset = 10, kMostLog = 3;
-constexpr int64_t kWarmUpSteps = 300;
 // Held-out samples that are looked at each time, of each kind.
 constexpr int kLooks = 40;
-constexpr double kMinutesBetweenLooks = 1, kMinutesBetweenCheckpoints = 4, kMinutesBetweenReports = 0.05;
 
 class Batches {
  public:
@@ -124,7 +119,8 @@ torch::Tensor LossOfSquares(const Batches& batches, const torch::Tensor& answer,
 // Huber's loss of the offsets, and Laplace's likelihood of what they leave, whose deviation is the same
 // for all axes; its log is the last answer, bounded smoothly. The likelihood does not move the offsets: where
 // they are right already they would count for all.
-torch::Tensor Loss(const Batches& batches, const torch::Tensor& listed, const torch::Tensor& truth) {
+torch::Tensor LossOfDeviation(const Batches& batches, const torch::Tensor& listed,
+                              const torch::Tensor& truth) {
   const torch::Tensor off = listed.slice(1, 0, kOffsets) - truth.clamp(-kMostOffset, kMostOffset);
   const torch::Tensor size = off.abs();
   const torch::Tensor huber = torch::where(size < 1, 0.5 * size * size, size - 0.5).sum(1);
@@ -177,59 +173,10 @@ std::string SampleOf(OffsetNet& net, uint64_t seed) {
   return out;
 }
 
-// Net, optimiser, and how far the training has come.
-struct Run {
-  OffsetNet net;
-  torch::optim::AdamW optimizer;
-  int64_t step = 0;
-  double minutes_before = 0;  // of earlier runs
-
-  void Save(const std::string& path, double minutes) {
-    torch::serialize::OutputArchive archive, of_net, of_optimizer;
-    net->save(of_net);
-    optimizer.save(of_optimizer);
-    archive.write("net", of_net);
-    archive.write("optimizer", of_optimizer);
-    archive.write("step", torch::tensor(step));
-    archive.write("minutes", torch::tensor(minutes, torch::kDouble));
-    archive.save_to(path + ".part");
-    std::filesystem::rename(path + ".part", path);
-  }
-  void Load(const std::string& path) {
-    torch::serialize::InputArchive archive, of_net, of_optimizer;
-    archive.load_from(path);
-    archive.read("net", of_net);
-    net->load(of_net);
-    archive.read("optimizer", of_optimizer);
-    optimizer.load(of_optimizer);
-    torch::Tensor steps, minutes;
-    archive.read("step", steps);
-    archive.read("minutes", minutes);
-    step = steps.item<int64_t>();
-    minutes_before = minutes.item<double>();
-  }
-};
-
-Run StartOf(const SampleFile& file, const NetTraining& training) {
-  torch::manual_seed(training.seed);
+OffsetNet NewNet(const SampleFile& file, const NetTraining& training) {
   const bool has_deviation = training.loss == NetLoss::kOffsetsAndDeviation;
-  OffsetNet net(NetShape{file.features() - (has_deviation ? 0 : kTangents),
-                         file.answers() + (has_deviation ? 1 : 0), has_deviation, training.widths});
-  torch::optim::AdamW optimizer(net->parameters(),
-                                torch::optim::AdamWOptions(training.rate).weight_decay(kWeightDecay));
-  Run out{net, std::move(optimizer)};
-  if (!training.checkpoint.empty() && std::filesystem::exists(training.checkpoint))
-    out.Load(training.checkpoint);
-  return out;
-}
-
-// A cosine from `rate` down over the training, `done` from 0 to 1, after a warm-up.
-void SetRate(double rate, double done, Run& run) {
-  const double share = 0.5 * (1 + std::cos(std::numbers::pi * done));
-  for (auto& group : run.optimizer.param_groups())
-    static_cast<torch::optim::AdamWOptions&>(group.options())
-        .lr(rate * (kLastRate + (1 - kLastRate) * share) *
-            std::min(1.0, static_cast<double>(run.step + 1) / kWarmUpSteps));
+  return OffsetNet(NetShape{file.features() - (has_deviation ? 0 : kTangents),
+                            file.answers() + (has_deviation ? 1 : 0), has_deviation, training.widths});
 }
 
 std::vector<int> LearntSamples(const SampleFile& file, const Batches& batches) {
@@ -241,7 +188,8 @@ std::vector<int> LearntSamples(const SampleFile& file, const Batches& batches) {
 }
 
 // Of samples that were learnt from, the ones of a step: the same however often the training was stopped.
-std::vector<int> SamplesOfStep(const std::vector<int>& learnt, const NetTraining& training, int64_t step) {
+std::vector<int> SamplesOfStep(const std::vector<int>& learnt, const TrainingOptions& training,
+                               int64_t step) {
   std::vector<int> out;
   for (int k = 0; k < training.batch; ++k) {
     // SplitMix64 (Steele et al. 2014).
@@ -254,65 +202,50 @@ std::vector<int> SamplesOfStep(const std::vector<int>& learnt, const NetTraining
   return out;
 }
 
+class NetLearner : public Learner {
+ public:
+  NetLearner(const SampleFile& file, const NetTraining& training)
+      : file_(file),
+        training_(training),
+        batches_(file),
+        learnt_(LearntSamples(file, batches_)),
+        net_(NewNet(file, training)) {}
+
+  torch::nn::Module& model() override { return *net_; }
+  Descent descent() const override { return kNetDescent; }
+
+  torch::Tensor Loss(int64_t step) override {
+    const std::vector<int> samples = SamplesOfStep(learnt_, training_.options, step);
+    const torch::Tensor features = batches_.Features(samples), truth = batches_.Answers(samples);
+    const torch::Tensor answer = net_->forward(features.slice(1, 0, net_->shape().features));
+    return training_.loss == NetLoss::kOffsetsAndDeviation
+               ? LossOfDeviation(batches_, batches_.Listed(answer), truth)
+               : LossOfSquares(batches_, answer, features, truth);
+  }
+
+  std::vector<HeldOutScore> Score() override { return ScoreHeldOut(net_, file_, batches_); }
+
+  std::map<std::string, std::string> Export() override {
+    net_->eval();
+    std::string onnx = NetToOnnx(net_);
+    return {{kNetFile, std::move(onnx)}, {kNetSampleFile, SampleOf(net_, training_.options.seed)}};
+  }
+
+ private:
+  const SampleFile& file_;
+  const NetTraining training_;
+  const Batches batches_;
+  const std::vector<int> learnt_;
+  OffsetNet net_;
+};
+
 }  // namespace
 
-TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
-                    const std::function<void(const NetProgress&)>& on_progress,
-                    const std::function<bool()>& stopped) {
+std::unique_ptr<Learner> MakeNetLearner(const SampleFile& file, const NetTraining& training) {
   if (file.answers() != kOffsets) throw std::runtime_error("the samples' answers are no offsets");
   if (training.loss == NetLoss::kVerticesAndNormals && file.features() <= kTangents)
     throw std::runtime_error("the samples have no tangents");
-  const Batches batches(file);
-  const std::vector<int> learnt = LearntSamples(file, batches);
-  Run run = StartOf(file, training);
-  const auto start = std::chrono::steady_clock::now();
-  const auto minutes = [&] {
-    return run.minutes_before +
-           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60;
-  };
-  const auto done = [&] {
-    const double of_time = training.minutes > 0 ? minutes() / training.minutes : 0;
-    return std::max(of_time, static_cast<double>(run.step) / static_cast<double>(training.steps));
-  };
-  double looked = minutes(), reported = minutes(), saved = minutes(), losses = 0;
-  int64_t steps_since = 0;
-  const auto report = [&](std::vector<HeldOutScore> scores) {
-    const double loss = steps_since > 0 ? losses / static_cast<double>(steps_since) : 0;
-    on_progress({std::min(1.0, done()), minutes(), run.step, loss, std::move(scores)});
-    reported = minutes(), losses = 0, steps_since = 0;
-  };
-  const auto look = [&] {
-    report(ScoreHeldOut(run.net, file, batches));
-    looked = minutes();
-  };
-  look();
-  while (done() < 1) {
-    if (stopped()) {
-      if (!training.checkpoint.empty()) run.Save(training.checkpoint, minutes());
-      return {};
-    }
-    SetRate(training.rate, std::min(1.0, done()), run);
-    const std::vector<int> samples = SamplesOfStep(learnt, training, run.step);
-    const torch::Tensor features = batches.Features(samples), truth = batches.Answers(samples);
-    const torch::Tensor answer = run.net->forward(features.slice(1, 0, run.net->shape().features));
-    const torch::Tensor loss = training.loss == NetLoss::kOffsetsAndDeviation
-                                   ? Loss(batches, batches.Listed(answer), truth)
-                                   : LossOfSquares(batches, answer, features, truth);
-    run.optimizer.zero_grad();
-    loss.backward();
-    torch::nn::utils::clip_grad_norm_(run.net->parameters(), kLargestGradient);
-    run.optimizer.step();
-    losses += loss.item<double>(), ++steps_since, ++run.step;
-    if (minutes() - looked > kMinutesBetweenLooks) look();
-    if (minutes() - reported > kMinutesBetweenReports) report({});
-    if (!training.checkpoint.empty() && minutes() - saved > kMinutesBetweenCheckpoints) {
-      run.Save(training.checkpoint, minutes());
-      saved = minutes();
-    }
-  }
-  look();
-  run.net->eval();
-  return {true, run.step, NetToOnnx(run.net), SampleOf(run.net, training.seed)};
+  return std::make_unique<NetLearner>(file, training);
 }
 
 }  // namespace weft::learning

@@ -3,10 +3,7 @@
 #include <torch/torch.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -16,8 +13,7 @@ namespace weft::learning {
 namespace {
 
 constexpr double kPriorLeak = 0.2;  // of animation/paper/graph_prior.h
-constexpr double kLastPriorRate = 0.02, kLargestPriorGradient = 10;
-constexpr double kMinutesBetweenPriorReports = 0.05, kMinutesBetweenPriorLooks = 0.5;
+constexpr Descent kPriorDescent{.warm_up_steps = 0, .weight_decay = 0, .largest_gradient = 10};
 constexpr int64_t kPoseNumbers = 6;
 
 torch::Tensor TensorOf(const std::map<std::string, NumberTable>& tables, const std::string& name,
@@ -154,91 +150,90 @@ std::string TablesOfDecoder(Layers& decoder) {
   return EncodeTables(out);
 }
 
-}  // namespace
-
-TrainedPrior TrainPrior(const std::string& path, const PriorTraining& training,
-                        const std::function<void(const NetProgress&)>& on_progress,
-                        const std::function<bool()>& stopped) {
-  const std::map<std::string, NumberTable> tables = ReadTables(path);
-  const PosedGraph graph(tables);
-  const torch::Tensor poses = TensorOf(tables, "pose", graph.numbers());
-  if (poses.size(0) < 2) throw std::runtime_error(path + ": has no poses to learn from");
-  const bool has_held_out = tables.contains("held_out_pose") && tables.at("held_out_pose").rows > 0;
-  const torch::Tensor held_out =
-      has_held_out ? TensorOf(tables, "held_out_pose", graph.numbers()) : torch::Tensor();
-  torch::manual_seed(training.seed);
-  const torch::Tensor mean = poses.mean(0, true);
-  std::vector<int64_t> inwards(training.widths.rbegin(), training.widths.rend());
-  Layers encoder(Joined(graph.numbers(), inwards, 2 * training.latents)),
-      decoder(Joined(training.latents, training.widths, graph.numbers()));
-  {
+// Encoder and decoder as one model, so that a checkpoint has both.
+class AutoencoderImpl : public torch::nn::Module {
+ public:
+  AutoencoderImpl(int64_t numbers, const PriorTraining& training, const torch::Tensor& mean)
+      : encoder(register_module("encoder",
+                                Layers(Joined(numbers, {training.widths.rbegin(), training.widths.rend()},
+                                              2 * training.latents)))),
+        decoder(register_module("decoder", Layers(Joined(training.latents, training.widths, numbers)))) {
     const torch::NoGradGuard no_grad;  // an untrained decoder makes the mean pose
     decoder->layers().back()->weight.mul_(0.1);
     decoder->layers().back()->bias.copy_(mean.view({-1}));
   }
-  std::vector<torch::Tensor> parameters = encoder->parameters();
-  for (const torch::Tensor& p : decoder->parameters()) parameters.push_back(p);
-  torch::optim::Adam optimizer(parameters, torch::optim::AdamOptions(training.rate));
-  const torch::Tensor all = torch::arange(graph.vertices());
-  const auto start = std::chrono::steady_clock::now();
-  const auto minutes = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60;
-  };
-  const auto look = [&]() -> std::vector<HeldOutScore> {
-    if (!has_held_out) return {};
-    const torch::NoGradGuard no_grad;
-    const torch::Tensor truth = graph.Meshes(held_out, all);
-    const torch::Tensor z = encoder->forward(held_out - mean).slice(1, 0, training.latents);
-    const auto off = [&](const torch::Tensor& meshes) {
-      return (meshes - truth).norm(2, 2).mean().item<double>();
-    };
-    return {{0, static_cast<int>(held_out.size(0)),
-             off(graph.Meshes(decoder->forward(torch::zeros({1, training.latents})), all)),
-             off(graph.Meshes(decoder->forward(z), all))}};
-  };
-  double reported = minutes(), looked = reported, losses = 0;
-  int64_t steps_since = 0;
-  const auto report = [&](int64_t step, std::vector<HeldOutScore> scores) {
-    on_progress({static_cast<double>(step) / static_cast<double>(training.steps), minutes(), step,
-                 steps_since > 0 ? losses / static_cast<double>(steps_since) : 0, std::move(scores)});
-    reported = minutes(), losses = 0, steps_since = 0;
-  };
-  for (int64_t step = 0; step < training.steps; ++step) {
-    if (stopped()) return {};
-    const double done = static_cast<double>(step) / static_cast<double>(training.steps);
-    const double rate = training.rate * (kLastPriorRate + (1 - kLastPriorRate) * 0.5 *
-                                                              (1 + std::cos(std::numbers::pi * done)));
-    for (auto& group : optimizer.param_groups())
-      static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
+
+  Layers encoder, decoder;
+};
+TORCH_MODULE(Autoencoder);
+
+class PriorLearner : public Learner {
+ public:
+  PriorLearner(const std::map<std::string, NumberTable>& tables, const PriorTraining& training)
+      : training_(training),
+        graph_(tables),
+        poses_(TensorOf(tables, "pose", graph_.numbers())),
+        mean_(poses_.mean(0, true)),
+        all_(torch::arange(graph_.vertices())),
+        net_(graph_.numbers(), training, mean_) {
+    if (tables.contains("held_out_pose") && tables.at("held_out_pose").rows > 0)
+      held_out_ = TensorOf(tables, "held_out_pose", graph_.numbers());
+  }
+
+  torch::nn::Module& model() override { return *net_; }
+  Descent descent() const override { return kPriorDescent; }
+
+  torch::Tensor Loss(int64_t /*step*/) override {
     const torch::Tensor batch =
-        poses.index_select(0, torch::randint(poses.size(0), {training.batch}, torch::kLong));
-    const torch::Tensor chosen = torch::randperm(graph.vertices(), torch::kLong)
-                                     .slice(0, 0, std::min(training.vertices, graph.vertices()));
-    const torch::Tensor code = encoder->forward(batch - mean);
-    const torch::Tensor middle = code.slice(1, 0, training.latents),
-                        log_variance = code.slice(1, training.latents).clamp(-12, 4);
+        poses_.index_select(0, torch::randint(poses_.size(0), {training_.options.batch}, torch::kLong));
+    const torch::Tensor chosen = torch::randperm(graph_.vertices(), torch::kLong)
+                                     .slice(0, 0, std::min(training_.vertices, graph_.vertices()));
+    const torch::Tensor code = net_->encoder->forward(batch - mean_);
+    const torch::Tensor middle = code.slice(1, 0, training_.latents),
+                        log_variance = code.slice(1, training_.latents).clamp(-12, 4);
     const torch::Tensor z = middle + torch::exp(0.5 * log_variance) * torch::randn_like(middle);
     torch::Tensor truth;
     {
       const torch::NoGradGuard no_grad;
-      truth = graph.Meshes(batch, chosen);
+      truth = graph_.Meshes(batch, chosen);
     }
-    const torch::Tensor off = (graph.Meshes(decoder->forward(z), chosen) - truth).square().sum(2).mean();
+    const torch::Tensor off =
+        (graph_.Meshes(net_->decoder->forward(z), chosen) - truth).square().sum(2).mean();
     const torch::Tensor divergence =
         0.5 * (middle.square() + log_variance.exp() - 1 - log_variance).sum(1).mean();
-    const torch::Tensor loss = off + training.divergence * divergence;
-    optimizer.zero_grad();
-    loss.backward();
-    torch::nn::utils::clip_grad_norm_(parameters, kLargestPriorGradient);
-    optimizer.step();
-    losses += loss.item<double>(), ++steps_since;
-    const bool looks = step == 0 || minutes() - looked > kMinutesBetweenPriorLooks;
-    if (looks) looked = minutes();
-    if (looks || minutes() - reported > kMinutesBetweenPriorReports)
-      report(step + 1, looks ? look() : std::vector<HeldOutScore>());
+    return off + training_.divergence * divergence;
   }
-  report(training.steps, look());
-  return {true, TablesOfDecoder(decoder)};
+
+  std::vector<HeldOutScore> Score() override {
+    if (!held_out_.defined()) return {};
+    const torch::NoGradGuard no_grad;
+    const torch::Tensor truth = graph_.Meshes(held_out_, all_);
+    const torch::Tensor z = net_->encoder->forward(held_out_ - mean_).slice(1, 0, training_.latents);
+    const auto off = [&](const torch::Tensor& code) {
+      return (graph_.Meshes(net_->decoder->forward(code), all_) - truth).norm(2, 2).mean().item<double>();
+    };
+    return {{0, static_cast<int>(held_out_.size(0)), off(torch::zeros({1, training_.latents})), off(z)}};
+  }
+
+  std::map<std::string, std::string> Export() override {
+    return {{kPriorFile, TablesOfDecoder(net_->decoder)}};
+  }
+
+ private:
+  const PriorTraining training_;
+  const PosedGraph graph_;
+  const torch::Tensor poses_, mean_, all_;
+  Autoencoder net_;
+  torch::Tensor held_out_;
+};
+
+}  // namespace
+
+std::unique_ptr<Learner> MakePriorLearner(const std::string& path, const PriorTraining& training) {
+  const std::map<std::string, NumberTable> tables = ReadTables(path);
+  if (const auto found = tables.find("pose"); found != tables.end() && found->second.rows < 2)
+    throw std::runtime_error(path + ": has no poses to learn from");
+  return std::make_unique<PriorLearner>(tables, training);
 }
 
 }  // namespace weft::learning

@@ -3,39 +3,31 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "learning/net_training.h"
+#include "learning/training_loop.h"
 
 namespace weft::learning {
 
 struct PriorTraining {
-  int64_t steps = 4000;
-  int batch = 64;
-  double rate = 1e-3;
+  TrainingOptions options{.steps = 4000, .batch = 64};
   int64_t latents = 32;
   std::vector<int64_t> widths = {256, 512};  // of the decoder's hidden layers; the encoder has them reversed
   // Of the divergence from the normal distribution, against the mean squared distance of the vertices in
   // mm^2.
   double divergence = 0.02;
   int64_t vertices = 1000;  // of each step's meshes that are compared, at most
-  uint64_t seed = 1;
 };
 
-struct TrainedPrior {
-  bool is_finished = false;
-  std::string tables;  // of the decoder: "weight<k>" and "bias<k>", [to][from] and [1][to]
-};
+// Its file has the decoder's tables: "weight<k>" and "bias<k>", [to][from] and [1][to]. Scores of held-out
+// poses have 0 cameras: mean distances of the vertices from those of the likeliest pose, and of what the
+// autoencoder makes of them.
+inline constexpr char kPriorFile[] = "prior.bin";
 
 // `tables`: a file of EncodePriorTask (services/work/animation/graph_poses.h). The loss is on the meshes that
-// the poses make, not on the poses. Scores of held-out poses have 0 cameras: mean distances of the vertices
-// from those of the likeliest pose, and of what the autoencoder makes of them. The same bytes for the same
-// file, options, machine and number of threads. Throws std::runtime_error for tables that are missing or do
-// not fit.
-TrainedPrior TrainPrior(const std::string& tables, const PriorTraining& training,
-                        const std::function<void(const NetProgress&)>& on_progress,
-                        const std::function<bool()>& stopped);
+// the poses make, not on the poses. Throws std::runtime_error for tables that are missing or do not fit.
+std::unique_ptr<Learner> MakePriorLearner(const std::string& tables, const PriorTraining& training);
 
 }  // namespace weft::learning

@@ -183,8 +183,8 @@ int main(int argc, char** argv) {
       "validate");
   app.add_option("set", o.set)->required();
   app.add_option("--avatar", o.avatar, "Whose principal components of vertices are fitted, too");
-  app.add_option("--prior", o.prior, "File of weft-train --prior that is fitted, too");
-  app.add_option("--task", o.task, "Write a file for weft-train --prior");
+  app.add_option("--prior", o.prior, "File of `weft-train prior` that is fitted, too");
+  app.add_option("--task", o.task, "Write a file for `weft-train prior`");
   app.add_option("--components", o.components)->delimiter(',');
   app.add_option("--every", o.every, "Of the frames to learn from");
   app.add_option("--every-test", o.every_test);

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Drives the takes of a data set by shape spaces that never saw them, and writes what a net can learn "
       "from that. "
-      "Then `weft-train SAMPLES --out NET` trains it, and `accuracy_drive TAKES --net NET` measures it.");
+      "Then `weft-train net SAMPLES --out NET` trains it, and `accuracy_drive TAKES --net NET` measures it.");
   app.add_option("sources", sources, "Data sets, or simulated takes")->required();
   app.add_option("--out", request.out, "File of samples")->required();
   app.add_option("--level", request.atlas.level, "A texel is 2^level cells wide")->capture_default_str();

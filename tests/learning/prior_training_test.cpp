@@ -47,36 +47,35 @@ class TrainPriorTest : public testing::Test {
  protected:
   TrainPriorTest() {
     torch::set_num_threads(2);
-    training_.steps = 250;
-    training_.batch = 16;
+    training_.options.steps = 250;
+    training_.options.batch = 16;
     training_.latents = 2;
     training_.widths = {16, 24};
   }
-  TrainedPrior Train(const std::map<std::string, NumberTable>& tables) {
+  Trained Learn(const std::map<std::string, NumberTable>& tables, int stop_after = -1) {
     const std::string path = folder_ / "poses.bin";
     WriteBytes(path, EncodeTables(tables));
-    return TrainPrior(
-        path, training_,
-        [this](const NetProgress& now) {
-          if (!now.scores.empty()) last_ = now.scores.front();
-        },
-        [this] { return stops_; });
+    int asked = 0;
+    return Train([&] { return MakePriorLearner(path, training_); }, training_.options,
+                 [this](const TrainingProgress& now) {
+                   if (!now.scores.empty()) last_ = now.scores.front();
+                 },
+                 [&] { return stop_after >= 0 && ++asked > stop_after; });
   }
 
   TempFolder folder_;
   PriorTraining training_;
   HeldOutScore last_;
-  bool stops_ = false;
 };
 
 TEST_F(TrainPriorTest, HeldOutPosesComeBack) {
-  const TrainedPrior prior = Train(Rope(200, 20));
+  const Trained prior = Learn(Rope(200, 20));
   ASSERT_TRUE(prior.is_finished);
   EXPECT_EQ(last_.samples, 20);
   EXPECT_GT(last_.before_mm, 40);
   EXPECT_LT(last_.after_mm, 0.25 * last_.before_mm);
   const std::string path = folder_ / "prior.bin";
-  WriteBytes(path, prior.tables);
+  WriteBytes(path, prior.files.at(kPriorFile));
   const auto tables = ReadTables(path);
   EXPECT_EQ(tables.size(), 6u);
   EXPECT_EQ(tables.at("weight0").rows, 16u);
@@ -86,26 +85,34 @@ TEST_F(TrainPriorTest, HeldOutPosesComeBack) {
 }
 
 TEST_F(TrainPriorTest, TheSameSeedGivesTheSameBytes) {
-  training_.steps = 20;
-  const std::string first = Train(Rope(40, 0)).tables;
-  EXPECT_EQ(Train(Rope(40, 0)).tables, first);
-  training_.seed = 2;
-  EXPECT_NE(Train(Rope(40, 0)).tables, first);
+  training_.options.steps = 20;
+  const std::string first = Learn(Rope(40, 0)).files.at(kPriorFile);
+  EXPECT_EQ(Learn(Rope(40, 0)).files.at(kPriorFile), first);
+  training_.options.seed = 2;
+  EXPECT_NE(Learn(Rope(40, 0)).files.at(kPriorFile), first);
 }
 
-TEST_F(TrainPriorTest, IsStoppedAndRefusesTablesThatDoNotFit) {
-  stops_ = true;
-  EXPECT_FALSE(Train(Rope(40, 0)).is_finished);
-  stops_ = false;
+TEST_F(TrainPriorTest, GoesOnWhereItWasStopped) {
+  training_.options.steps = 20;
+  const Trained whole = Learn(Rope(40, 4));
+  training_.options.checkpoint = folder_ / "checkpoint.pt";
+  EXPECT_FALSE(Learn(Rope(40, 4), 7).is_finished);
+  const Trained rest = Learn(Rope(40, 4));
+  ASSERT_TRUE(rest.is_finished);
+  EXPECT_EQ(rest.files, whole.files);
+}
+
+TEST_F(TrainPriorTest, RefusesTablesThatDoNotFit) {
   auto tables = Rope(40, 0);
   tables.erase("parent");
-  EXPECT_THROW(Train(tables), std::runtime_error);
+  EXPECT_THROW(Learn(tables), std::runtime_error);
+  EXPECT_THROW(Learn(Rope(1, 0)), std::runtime_error);
   tables = Rope(40, 0);
   tables["skin_node"].values[3] = 7;
-  EXPECT_THROW(Train(tables), std::runtime_error);
+  EXPECT_THROW(Learn(tables), std::runtime_error);
   tables = Rope(40, 0);
   tables["parent"].values[2] = 3;
-  EXPECT_THROW(Train(tables), std::runtime_error);
+  EXPECT_THROW(Learn(tables), std::runtime_error);
 }
 
 }  // namespace

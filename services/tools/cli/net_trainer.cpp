@@ -26,8 +26,21 @@ constexpr char kTrainer[] = "weft-train";
 constexpr double kMinutesPerHour = 60;
 constexpr size_t kShownBytes = 500;
 
+std::string SubcommandOf(NetKind kind) {
+  switch (kind) {
+    case NetKind::kCorrection:
+      return "net";
+    case NetKind::kPixels:
+      return "pixels";
+    case NetKind::kPrior:
+      return "prior";
+  }
+  return "";
+}
+
 std::vector<std::string> ArgumentsOf(const NetTask& task) {
-  std::vector<std::string> out = {task.samples,
+  std::vector<std::string> out = {SubcommandOf(task.kind),
+                                  task.samples,
                                   "--out",
                                   task.folder,
                                   "--steps",
@@ -36,8 +49,6 @@ std::vector<std::string> ArgumentsOf(const NetTask& task) {
                                   absl::StrCat(task.seed),
                                   "--threads",
                                   absl::StrCat(task.threads)};
-  if (task.kind == NetKind::kPixels) out.emplace_back("--pixels");
-  if (task.kind == NetKind::kPrior) out.emplace_back("--prior");
   if (task.hours > 0) out.insert(out.end(), {"--minutes", absl::StrCat(kMinutesPerHour * task.hours)});
   return out;
 }

@@ -30,7 +30,7 @@ absl::StatusOr<GraphPoses> FitGraphPoses(TrainingTakes& takes, const Deformation
                                          const std::function<void(double share)>& on_progress,
                                          const std::stop_token& stop);
 
-// What `weft-train --prior` learns a prior from: the poses in these units, and the graph. The tables of
+// What `weft-train prior` learns a prior from: the poses in these units, and the graph. The tables of
 // space.bin (docs/file-formats.md).
 std::string EncodePriorTask(const DeformationGraph& graph, const std::vector<float>& unit,
                             const GraphPoses& poses);

@@ -27,7 +27,7 @@ struct PixelSampleRequest {
 absl::Status CheckFixedCameras(TrainingTakes& takes, uint64_t seed);
 
 // Before the two cameras of the takes. Graph and prior of `avatar` are there, its net is not asked. Samples
-// end with tangents, as weft-train --pixels wants them (layout: docs/file-formats.md). The same bytes at any
+// end with tangents, as `weft-train pixels` wants them (layout: docs/file-formats.md). The same bytes at any
 // thread count. `on_progress` may be empty. Errors of the takes; Cancelled: `stop` was requested; nothing is
 // left then.
 absl::Status MakePixelSamples(TrainingTakes& takes, const PixelAvatar& avatar,
