@@ -109,7 +109,7 @@ Message NodeOf(const NetNode& node) {
   return out;
 }
 
-Message TensorOf(const NetTensor& tensor) {
+Message StoredTensor(const NetTensor& tensor) {
   Message out;
   for (const int64_t dim : tensor.dims) out.Number(1, dim);
   static_assert(std::endian::native == std::endian::little);
@@ -141,7 +141,7 @@ std::string WriteNetModel(const NetModel& model) {
   Message graph, opset, out;
   for (const NetNode& node : model.nodes) graph.Within(1, NodeOf(node));
   graph.Bytes(2, "net");
-  for (const NetTensor& tensor : model.tensors) graph.Within(5, TensorOf(tensor));
+  for (const NetTensor& tensor : model.tensors) graph.Within(5, StoredTensor(tensor));
   for (const NamedShape& input : model.inputs) graph.Within(11, ValueOf(input));
   for (const NamedShape& output : model.outputs) graph.Within(12, ValueOf(output));
   opset.Number(2, 11);
