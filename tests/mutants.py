@@ -3,10 +3,12 @@
 
    python3 tests/mutants.py --list                      the mutants that seed 1 draws, as changed lines
    python3 tests/mutants.py --count 50 --seed 7         builds and tries them; goes on where it was stopped
+   python3 tests/mutants.py --here --under services/work --count 20 --seed 3
+                                                        those of one folder, in this tree and its build/gate
 
 A mutant is one small fault in a source of services/ or animation/: a comparison, a logical or an arithmetic operator, a number,
 a truth value, a condition, or a statement that is left out (DeMillo, Lipton, Sayward, Computer 11(4), 1978; operators of
-Offutt et al., TOSEM 5(2), 1996). It is tried in a worktree of its own, build/mutants, against the unit tests of its folder and of the
+Offutt et al., TOSEM 5(2), 1996). It is tried in a worktree of its own, build/mutants, or with --here in this one, against the unit tests of its folder and of the
 folders that include headers of it. One that does not compile is drawn anew. Those that live are printed with their change: a
 reader says which are equivalent, and lists them in --equivalent FILE (a line for each: path:line: change).
 Needs a build from nothing first, and then a minute or two for each mutant. Exit status 1 when fewer than --least percent are killed.
@@ -72,10 +74,10 @@ def mutations(line):
         yield line[:condition.start(1)] + f"!({condition.group(1)})" + line[condition.end(1):]
 
 
-def draw(seed):
+def draw(seed, folders=FOLDERS):
     """Mutants without end: path, number of the line, and what stands there instead."""
     chance = random.Random(seed)
-    sources = [path for path in git("ls-files", *FOLDERS).splitlines() if path.endswith(".cpp") and not path.endswith("main.cpp")]
+    sources = [path for path in git("ls-files", *folders).splitlines() if path.endswith(".cpp") and not path.endswith("main.cpp")]
     everywhere = []  # each line of code is as likely as any other
     for path in sources:
         with open(os.path.join(ROOT, path), encoding="utf-8") as file:
@@ -118,16 +120,16 @@ def tests_of(path):
     return [name for name in programs if name != "simulation_command_test"]
 
 
-def build(*targets):
-    done = subprocess.run(["cmake", "--build", os.path.join(TREE, "build", "gate"), "--target", *targets], capture_output=True, text=True,
+def build(tree, *targets):
+    done = subprocess.run(["cmake", "--build", os.path.join(tree, "build", "gate"), "--target", *targets], capture_output=True, text=True,
                           check=False)
     return done.returncode == 0, done.stdout[-2000:]
 
 
-def try_one(mutant):
+def try_one(mutant, tree):
     """"killed by NAME", "lives" or "does not compile"."""
     path, number, new = mutant
-    file = os.path.join(TREE, path)
+    file = os.path.join(tree, path)
     with open(file, encoding="utf-8") as source:
         before = source.read()
     lines = before.splitlines()
@@ -137,12 +139,12 @@ def try_one(mutant):
     try:
         programs = tests_of(path)
         for name in programs:
-            is_built, _ = build(name)
+            is_built, _ = build(tree, name)
             if not is_built:
                 return "does not compile"
-            program = os.path.join(TREE, "build", "gate", "bin", name)
+            program = os.path.join(tree, "build", "gate", "bin", name)
             try:
-                done = subprocess.run([program, "--gtest_brief=1"], capture_output=True, timeout=TIMEOUT_S, cwd=TREE, check=False)
+                done = subprocess.run([program, "--gtest_brief=1"], capture_output=True, timeout=TIMEOUT_S, cwd=tree, check=False)
             except subprocess.TimeoutExpired:
                 return f"killed by {name}, which does not end"
             if done.returncode != 0:
@@ -153,16 +155,22 @@ def try_one(mutant):
             source.write(before)
 
 
-def prepare():
-    if not os.path.exists(TREE):
-        git("worktree", "add", "--detach", TREE, "HEAD")
-    git("checkout", "--quiet", "--detach", git("rev-parse", "HEAD").strip(), folder=TREE)
-    git("checkout", "--quiet", "--", ".", folder=TREE)
-    subprocess.run(["cmake", "--preset", "gate"], cwd=TREE, check=True, stdout=subprocess.DEVNULL)
+def prepare(here):
+    """The tree that mutants are tried in, with the tests built as they are."""
+    tree = ROOT if here else TREE
+    if here and git("status", "--porcelain", "--untracked-files=no"):
+        sys.exit("mutants are tried in a tree without changes; commit them first")
+    if not here:
+        if not os.path.exists(tree):
+            git("worktree", "add", "--detach", tree, "HEAD")
+        git("checkout", "--quiet", "--detach", git("rev-parse", "HEAD").strip(), folder=tree)
+        git("checkout", "--quiet", "--", ".", folder=tree)
+        subprocess.run(["cmake", "--preset", "gate"], cwd=tree, check=True, stdout=subprocess.DEVNULL)
     print("builds the tests as they are", flush=True)
-    is_built, output = build("fast_tests")
+    is_built, output = build(tree, "fast_tests")
     if not is_built:
         sys.exit(f"the tests do not build without a mutant:\n{output}")
+    return tree
 
 
 def main():
@@ -172,30 +180,33 @@ def main():
     parser.add_argument("--least", type=float, default=85, help="percent that are to be killed (default 85)")
     parser.add_argument("--equivalent", help="a file that lists mutants that change nothing")
     parser.add_argument("--list", action="store_true", help="only draw them")
+    parser.add_argument("--under", action="append", help="a folder that they are drawn from (default services and animation)")
+    parser.add_argument("--here", action="store_true", help="tries them in this tree, which has no changes, and its build/gate")
     options = parser.parse_args()
+    folders = options.under or FOLDERS
     if options.list:
-        for mutant, _ in zip(draw(options.seed), range(options.count)):
+        for mutant, _ in zip(draw(options.seed, folders), range(options.count)):
             print(f"{text_of(mutant)}    [{', '.join(tests_of(mutant[0]))}]")
         return 0
     equivalent = set()
     if options.equivalent:
         with open(options.equivalent, encoding="utf-8") as file:
             equivalent = {line.strip() for line in file if line.strip()}
-    prepare()
+    tree = prepare(options.here)
     record = os.path.join(ROOT, "build", f"mutants-{git('rev-parse', '--short', 'HEAD').strip()}-{options.seed}.jsonl")
     known = {}
     if os.path.exists(record):
         with open(record, encoding="utf-8") as file:
             known = dict(json.loads(line) for line in file)
     tried, killed, alive = 0, 0, []
-    for mutant in draw(options.seed):
+    for mutant in draw(options.seed, folders):
         if tried == options.count:
             break
         text, began = text_of(mutant), time.monotonic()
         if text in equivalent:
             continue
         if text not in known:
-            known[text] = try_one(mutant)
+            known[text] = try_one(mutant, tree)
             with open(record, "a", encoding="utf-8") as file:
                 file.write(json.dumps([text, known[text]]) + "\n")
         if known[text] == "does not compile":
