@@ -1,0 +1,5 @@
+// @ts-check
+// The last file of the program.
+import { startPage } from "./parts.js";
+
+startPage();
