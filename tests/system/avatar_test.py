@@ -11,7 +11,7 @@ import unittest
 
 from daemon_process import DaemonProcess
 from shirt_studio import make_shirt_studio
-from studio import BIN, read, results, temporary_files, vertex_states, wait_for, weft, write
+from studio import BIN, page_data, read, results, temporary_files, vertex_states, wait_for, weft, write
 
 DRIVEN = 4
 
@@ -74,7 +74,7 @@ class Driving(unittest.TestCase):
         self.assertLess(self.error_mm(two), 25)
         # Ordinary results for whatever follows.
         weft("export", self.out, "--format", "npz", "--fps", 30, "--out", self.out + " npz", check=0)
-        self.assertIn("driven", read(f"{self.out}/report.html"))
+        self.assertTrue(page_data(f"{self.out}/report.html")["job"]["figures"]["driven"])
 
     def test_a_run_in_pieces_and_at_other_threads_gives_the_same_files(self):
         drive(self.out, "--threads", 1, check=0)

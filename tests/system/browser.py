@@ -29,6 +29,37 @@ def need_browser():
         raise unittest.SkipTest(why_no_browser())
 
 
+class PageTest(unittest.TestCase):
+    """Opens pages of files and reads what they show. Nothing of them may fail, or load anything."""
+
+    @classmethod
+    def setUpClass(cls):
+        need_browser()
+        super().setUpClass()
+        cls.browser = Browser()
+        cls.addClassCleanup(cls.browser.close)
+
+    def show(self, path):
+        """Its text, as it is seen."""
+        self.browser.page("goto", f"file://{path}")
+        return self.js("document.querySelector('main').innerText")
+
+    def js(self, expression):
+        return self.browser.evaluate(expression)
+
+    def texts(self, selector):
+        return self.js(f"[...document.querySelectorAll({json.dumps(selector)})].map(one => one.textContent)")
+
+    def rows(self, selector):
+        """Texts of the cells of a table's rows, white space as one blank."""
+        return self.js(f"[...document.querySelectorAll({json.dumps(selector + ' tbody tr')})].map(row => "
+                       "[...row.cells].map(cell => cell.textContent.replace(/\\s+/g, ' ').trim()))")
+
+    def tearDown(self):
+        self.assertEqual(self.browser.troubles(), [])
+        super().tearDown()
+
+
 class Browser:
     """One page. What is looked for is waited for, four minutes at most."""
 

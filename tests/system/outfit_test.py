@@ -7,7 +7,7 @@ import unittest
 
 from browser import need_browser
 from console_studio import ConsoleDaemon
-from studio import read, weft
+from studio import page_data, read, weft
 
 # With smaller pictures the end of a sleeve is seen by three cameras or by two, as rounding has it.
 SHIRT_AND_SKIRT = ["simulate", "--preset", "shirt-and-skirt", "--cell-mm", 20, "--frames", 1, "--cameras", 12,
@@ -52,7 +52,7 @@ class Outfit(unittest.TestCase):
         self.assertEqual([garment["id"] for garment in mesh["garments"]], ["skirt", "shirt"])
         self.assertEqual(sum(garment["observed"] for garment in mesh["garments"]), mesh["observed"])
         self.assertEqual(mesh["overlaps"], [{"inner": "skirt", "outer": "shirt"}])
-        self.assertIn("shirt lies over skirt in 1 frame.", read(os.path.join(result, "report.html")))
+        self.assertEqual(page_data(os.path.join(result, "report.html"))["job"]["overlaps"], [{"inner": "skirt", "outer": "shirt", "frames": 1}])
 
     def test_split_gives_a_result_of_each_garment(self):
         out = os.path.join(folder.name, "garments")

@@ -2,6 +2,7 @@
 
 import atexit
 import functools
+import json
 import os
 import re
 import shutil
@@ -37,6 +38,12 @@ def faulty_disk():
 def read(path, mode="r"):
     with open(path, mode) as file:
         return file.read()
+
+
+def page_data(path):
+    """What a report's page holds for the program that shows it."""
+    found = re.search(r'<script type="application/json" id="data" data-kind="[^"]*">(.*?)</script>', read(path), re.DOTALL)
+    return json.loads(found.group(1))
 
 
 def write(path, content):

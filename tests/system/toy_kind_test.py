@@ -11,7 +11,7 @@ import unittest
 from browser import why_no_browser
 from console_studio import ConsoleDaemon
 from slurm_cluster import run_in_cluster, why_no_cluster
-from studio import processes_of, read, wait_for, weft, write
+from studio import page_data, processes_of, read, wait_for, weft, write
 
 FRAMES = [f"{number:04}" for number in range(6)]
 MESH = """ply
@@ -121,8 +121,8 @@ class Daemon(KindTest):
         # Its results are what the next one reads.
         weft("copy-meshes", f"job:{job_id}", "--out", self.path("second"), *self.server, check=0)
         self.assertEqual(copies(self.path("second")), FRAMES)
-        report = read(os.path.join(self.path("second"), "report.html"))
-        self.assertIn("Weft report: copy meshes", report)
+        page = page_data(os.path.join(self.path("second"), "report.html"))["job"]
+        self.assertEqual(page["job"]["spec"]["work"]["kind"], "copy meshes")
 
     def test_is_cancelled_and_retried(self):
         self.begin()

@@ -5,7 +5,7 @@ import os
 import subprocess
 import unittest
 
-from studio import StudioTest, read, weft, write
+from studio import StudioTest, page_data, read, weft, write
 
 CAMERAS = 8
 FILM_FPS = 90  # of the simulation; each camera gets every third picture
@@ -95,7 +95,8 @@ class VideosTest(StudioTest):
             expected = (begins - late[0] + period / 2) % period - period / 2
             moved = view.get("moved_ms", 0) / 1e3
             self.assertLess(abs(abs(moved) - abs(expected)), 0.1 * period, view)
-        self.assertIn("Taken at another moment", read(f"{result}/report.html"))
+        cameras = page_data(f"{result}/report.html")["job"]["cameras"]
+        self.assertTrue(any(camera["frames_moved"] > 0 for camera in cameras))
 
     def test_says_what_is_wrong_and_goes_on(self):
         videos = [self.video(camera, "-c:v", "ffv1", ending="mkv") for camera in range(3)]

@@ -157,12 +157,7 @@ absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
   if (!evaluation.maps.visibility.empty())
     for (const int count : VisibilityHistogram(evaluation.maps.visibility))
       out.add_visibility_histogram(count);
-  for (const PublishedScore& row : PaperTable1()) {
-    v1::PaperMethod& method = *out.add_paper();
-    method.set_method(row.method);
-    method.set_drift_mm_s(row.drift_mm_s);
-    method.set_geodesic_distortion_mm(row.geodesic_distortion_mm);
-  }
+  AddPaperTable(*out.mutable_paper());
   out.set_result(evaluation.result);
   out.set_truth(evaluation.truth);
   out.set_dump(evaluation.dump);

@@ -7,10 +7,8 @@
 #include "services/results/report/job_report_parts.h"
 #include "services/results/report/job_summary.h"
 #include "services/results/report/job_verdict.h"
-#include "services/results/report/paper_table.h"
 #include "services/results/report/report_sections.h"
 #include "services/results/report/report_style.h"
-#include "services/results/report/sequence_view.h"
 #include "services/results/report/verdict_html.h"
 
 namespace weft {
@@ -56,43 +54,12 @@ v1::Job WithVerdict(v1::Job job, const std::vector<v1::FrameReport>& frames) {
   return job;
 }
 
-PaperFigures FiguresOf(const JobSummary& summary) {
-  PaperFigures figures;
-  figures.coverage = summary.coverage;
-  figures.lowest_coverage = summary.lowest_coverage, figures.highest_coverage = summary.highest_coverage;
-  return figures;
-}
-
-std::string RegistrationSections(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
-                                 const JobSummary& summary) {
-  return absl::StrCat(PlotSection(frames), PaperSection(FiguresOf(summary)), FrameSection(frames),
-                      CameraSection(summary), CellSection(frames), GarmentSection(summary),
-                      ScanSection(frames), AlignmentSection(frames), OptionSection(job));
-}
-
 }  // namespace
 
 std::string JobVerdictSection(const JobReportParts& parts) {
   const v1::Job job = WithVerdict(parts.job, parts.frames);
   const JobSummary summary = Summarize(job, parts.frames);
   return Section("job", "The job", VerdictBlock(Headline(job, summary), job.verdict()));
-}
-
-std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
-                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes,
-                          const SequenceView* sequence) {
-  const JobSummary summary = Summarize(job, frames);
-  std::string html = HeadSection(WithVerdict(job, frames), summary);
-  html += WarningSection(job, notes);
-  const std::string in_space =
-      sequence == nullptr ? ""
-                          : SequenceSection(*sequence, pictures, static_cast<size_t>(summary.registered));
-  html += in_space;
-  html += PictureSection(pictures);
-  html += job.spec().has_work() ? FrameSection(frames) : RegistrationSections(job, frames, summary);
-  html += InputSection(job, frames);
-  if (in_space.empty()) return Page(Headline(job, summary), html);
-  return Page(Headline(job, summary), html, SequenceProgram(*sequence));
 }
 
 }  // namespace weft

@@ -30,16 +30,12 @@ struct FramePictures {
   bool is_driven = false;              // by an avatar
 };
 
-class SequenceView;
+struct JobReportParts;
 
-// One HTML page that loads nothing: what came out in words, pictures, plots over the frames, tables of
-// frames, cameras and stages, warnings, inputs. `frames` in the order to be shown, any states, none or
-// thousands of them. `notes` are remarks about the report itself, shown with the warnings. `sequence` may be
-// null; with one the page runs a program of its own that shows it, without one it runs nothing. Every string
-// of the messages is escaped. The same bytes for the same arguments.
-std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
-                          const std::vector<FramePictures>& pictures,
-                          const std::vector<std::string>& notes = {}, const SequenceView* sequence = nullptr);
+// The page: what came out in words, meshes in three dimensions, pictures, plots over the frames, tables of
+// frames, cameras and stages, warnings, inputs. Frames in the order to be shown, any states, none or
+// thousands of them. The same bytes for the same parts.
+std::string MakeJobReport(JobReportParts parts);
 
 // Writes <out_folder>/report.html from `job` and <out_folder>/<frame>/report.json, with pictures of the
 // first, the worst and the last registered frame (<out_folder>/<frame>/mesh.ply), and up to 300 of all meshes

@@ -33,7 +33,8 @@ std::string JsonOf(const google::protobuf::Message& message) {
 std::string DataOf(const HtmlPage& page) {
   std::string data = "{";
   for (const auto& [name, message] : page.data)
-    absl::StrAppend(&data, data.size() > 1 ? ",\n" : "\n", "\"", name, "\":", JsonOf(*message));
+    absl::StrAppend(&data, data.size() > 1 ? ",\n" : "\n", "\"", name,
+                    "\":", message != nullptr ? JsonOf(*message) : "null");
   data += "\n}";
   return data.find('<') == std::string::npos ? data : absl::StrReplaceAll(data, {{"<", "\\u003c"}});
 }

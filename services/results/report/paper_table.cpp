@@ -35,6 +35,15 @@ const std::vector<PublishedScore>& PaperTable1() {
   return kRows;
 }
 
+void AddPaperTable(google::protobuf::RepeatedPtrField<v1::PaperMethod>& table) {
+  for (const PublishedScore& row : PaperTable1()) {
+    v1::PaperMethod& method = *table.Add();
+    method.set_method(row.method);
+    method.set_drift_mm_s(row.drift_mm_s);
+    method.set_geodesic_distortion_mm(row.geodesic_distortion_mm);
+  }
+}
+
 std::string PaperSection(const PaperFigures& ours) {
   std::string rows = PaperRow("<b>This result</b>", ours);
   for (const PublishedScore& published : PaperTable1()) {

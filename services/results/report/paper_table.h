@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "weft/v1/evaluation.pb.h"
+
 namespace weft {
 
 // Table 1.
@@ -23,6 +25,8 @@ struct PaperFigures {
   double lowest_coverage = std::numeric_limits<double>::quiet_NaN();
   double highest_coverage = std::numeric_limits<double>::quiet_NaN();
 };
+// As data of a page.
+void AddPaperTable(google::protobuf::RepeatedPtrField<v1::PaperMethod>& table);
 // The section of a page; says how to measure what is missing.
 std::string PaperSection(const PaperFigures& ours);
 

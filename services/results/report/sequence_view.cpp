@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/results/report/html_text.h"
+#include "services/results/report/picture_data.h"
 #include "services/results/report/picture_html.h"
 #include "services/results/report/sequence_script.h"
 
@@ -30,12 +31,22 @@ std::string Numbers(const Eigen::Vector3d& v) {
   return absl::StrFormat("%.9g %.9g %.9g", v.x(), v.y(), v.z());
 }
 
-std::string PaletteText(const std::array<Eigen::Vector3f, 256>& palette) {
+std::string PaletteBytes(const std::array<Eigen::Vector3f, 256>& palette) {
   std::vector<uint8_t> bytes;
   for (const Eigen::Vector3f& color : palette)
     for (const float c : color)
       bytes.push_back(static_cast<uint8_t>(std::lround(255 * std::clamp(c, 0.0f, 1.0f))));
-  return Base64(BytesOf(bytes));
+  return BytesOf(bytes);
+}
+
+// As pages show it that are made in C++.
+std::string LegendHtml(const v1::PageKey& key) {
+  if (key.has_scale())
+    return ColorBar({key.scale().low(), key.scale().high()}, key.scale().label(), key.scale().unit());
+  std::string html = "<ul class=\"legend\">";
+  for (const v1::PageKey::Entry& entry : key.entries())
+    absl::StrAppend(&html, "<li><i style=\"background:", entry.color(), "\"></i>", entry.meaning(), "</li>");
+  return html + "</ul>";
 }
 
 }  // namespace
@@ -44,7 +55,7 @@ SequenceColoring ColoringByState() {
   const std::vector<VertexState> states = {VertexState::kObserved, VertexState::kTwoView,
                                            VertexState::kInferred, VertexState::kBridged,
                                            VertexState::kDriven};
-  SequenceColoring coloring{"state", StateLegend(states), {}, false};
+  SequenceColoring coloring{"state", StateKey(states), {}, false};
   coloring.palette.fill(UnknownColor());
   for (const VertexState state : states) coloring.palette[static_cast<size_t>(state)] = StateColor(state);
   return coloring;
@@ -52,7 +63,7 @@ SequenceColoring ColoringByState() {
 
 SequenceColoring ColoringByValue(const std::string& name, const std::string& label, const std::string& unit,
                                  const ScalarRange& range) {
-  SequenceColoring coloring{name, ColorBar(range, label, unit), {}, false};
+  SequenceColoring coloring{name, ScaleKey(range, label, unit), {}, false};
   for (int i = 0; i < kNoValue; ++i) coloring.palette[i] = MapColor(i / 254.0);
   coloring.palette[kNoValue] = UnknownColor();
   return coloring;
@@ -81,12 +92,46 @@ std::vector<size_t> SequenceFrames(size_t frames) {
 
 PageProgram SequenceProgram(const SequenceView& sequence) { return {kSequenceScript, sequence.Data()}; }
 
-std::string SequenceView::Data() const {
+std::string SequenceView::FaceBytes() const {
   std::vector<uint16_t> faces;
   for (const Face& face : mesh_.faces)
     for (const int v : face) faces.push_back(static_cast<uint16_t>(v));
-  return absl::StrCat("<script type=\"text/plain\" class=\"sequence-faces\">", Base64(BytesOf(faces)),
-                      "</script>\n", data_);
+  return BytesOf(faces);
+}
+
+v1::PageSequence SequenceView::Take() && {
+  page_.set_vertices(static_cast<int>(mesh_.vertices.size()));
+  page_.set_faces(FaceBytes());
+  for (const SequenceColoring& coloring : colorings_) {
+    v1::PageSequence::Coloring& added = *page_.add_colorings();
+    added.set_name(coloring.name);
+    *added.mutable_key() = coloring.key;
+    added.set_palette(PaletteBytes(coloring.palette));
+    added.set_first_shown(coloring.is_first_shown);
+  }
+  for (const SequencePart& part : parts_) {
+    v1::PageSequence::Part& added = *page_.add_parts();
+    added.set_name(part.name);
+    added.set_faces(static_cast<int>(part.faces));
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    page_.add_right(viewpoint_.right[axis]);
+    page_.add_up(viewpoint_.up[axis]);
+  }
+  page_.set_fps(fps_);
+  return std::move(page_);
+}
+
+std::string SequenceView::Data() const {
+  std::string data = absl::StrCat("<script type=\"text/plain\" class=\"sequence-faces\">",
+                                  Base64(FaceBytes()), "</script>\n");
+  for (const v1::PageSequence::Frame& frame : page_.frames())
+    absl::StrAppend(&data, "<script type=\"text/plain\" class=\"sequence-frame\" data-name=\"",
+                    EscapeHtml(frame.name()), "\" data-note=\"", EscapeHtml(frame.note()),
+                    "\" data-center=\"",
+                    Numbers({frame.center_mm(0), frame.center_mm(1), frame.center_mm(2)}), "\" data-step=\"",
+                    absl::StrFormat("%.9g", frame.step_mm()), "\">", Base64(frame.bytes()), "</script>\n");
+  return data;
 }
 
 SequenceView::SequenceView(DecimatedMesh mesh, std::vector<SequenceColoring> colorings,
@@ -106,15 +151,17 @@ void SequenceView::Add(const SequenceFrame& frame) {
   for (const Eigen::Vector3f& p : frame.vertices_mm) {
     const Eigen::Vector3d steps = (p.cast<double>() - low) / step;
     for (const double s : steps) positions.push_back(static_cast<uint16_t>(std::lround(s)));
-    radius_mm_ = std::max(radius_mm_, (p.cast<double>() - mean).norm());
+    page_.set_radius_mm(std::max(page_.radius_mm(), (p.cast<double>() - mean).norm()));
   }
   std::string bytes = BytesOf(positions);
   for (const std::vector<uint8_t>& colors : frame.color_bytes) bytes += BytesOf(colors);
+  v1::PageSequence::Frame& added = *page_.add_frames();
+  added.set_name(frame.name);
+  added.set_note(frame.note);
   // The centre is told from the low corner, so that the page never needs large numbers.
-  absl::StrAppend(&data_, "<script type=\"text/plain\" class=\"sequence-frame\" data-name=\"",
-                  EscapeHtml(frame.name), "\" data-note=\"", EscapeHtml(frame.note), "\" data-center=\"",
-                  Numbers(mean - low), "\" data-step=\"", absl::StrFormat("%.9g", step), "\">", Base64(bytes),
-                  "</script>\n");
+  for (const double mm : Eigen::Vector3d(mean - low)) added.add_center_mm(mm);
+  added.set_step_mm(step);
+  added.set_bytes(std::move(bytes));
   ++frames_;
 }
 
@@ -123,8 +170,8 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
   std::string options, legends;
   for (const SequenceColoring& coloring : colorings_) {
     absl::StrAppend(&options, "<option", coloring.is_first_shown ? " selected" : "", " data-palette=\"",
-                    PaletteText(coloring.palette), "\">", EscapeHtml(coloring.name), "</option>");
-    absl::StrAppend(&legends, "<div class=\"key\">", coloring.legend, "</div>\n");
+                    Base64(PaletteBytes(coloring.palette)), "\">", EscapeHtml(coloring.name), "</option>");
+    absl::StrAppend(&legends, "<div class=\"key\">", LegendHtml(coloring.key), "</div>\n");
   }
   std::string parts;
   size_t first_face = 0;
@@ -139,7 +186,7 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
   const std::string head = absl::StrFormat(
       "<div class=\"sequence\" data-vertices=\"%d\" data-right=\"%s\" data-up=\"%s\" data-radius=\"%.9g\" "
       "data-fps=\"%g\">\n",
-      mesh_.vertices.size(), Numbers(viewpoint_.right), Numbers(viewpoint_.up), radius_mm_, fps_);
+      mesh_.vertices.size(), Numbers(viewpoint_.right), Numbers(viewpoint_.up), page_.radius_mm(), fps_);
   const std::string controls = absl::StrFormat(
       "<div class=\"controls\"><button type=\"button\">Play</button><label>Frame <input type=\"range\" "
       "min=\"0\" max=\"%d\" value=\"0\"></label><output></output><label>Colours "

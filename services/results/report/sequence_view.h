@@ -13,13 +13,14 @@
 #include "services/results/report/mesh_colors.h"
 #include "services/results/report/mesh_view.h"
 #include "services/results/report/report_sections.h"
+#include "weft/v1/page.pb.h"
 
 namespace weft {
 
 // How vertices may be coloured: a byte per vertex and frame, and what the bytes look like.
 struct SequenceColoring {
-  std::string name;    // "sigma"
-  std::string legend;  // HTML
+  std::string name;  // "sigma"
+  v1::PageKey key;
   std::array<Eigen::Vector3f, 256> palette;
   bool is_first_shown = false;  // else the first one is
 };
@@ -62,6 +63,9 @@ class SequenceView {
   const std::vector<int>& kept() const { return mesh_.vertices; }
   size_t frames() const { return frames_; }
 
+  // What the page will hold, but for the still picture.
+  v1::PageSequence Take() &&;
+
   // The section of the page. `still` stands for the view on paper and where there is no WebGL. `about` (HTML)
   // says what was left out. Empty without frames.
   std::string Section(const MeshPicture& still, const std::string& about) const;
@@ -69,14 +73,15 @@ class SequenceView {
   std::string Data() const;
 
  private:
+  std::string FaceBytes() const;
+
   DecimatedMesh mesh_;
   std::vector<SequenceColoring> colorings_;
   Viewpoint viewpoint_;
   double fps_;
   std::vector<SequencePart> parts_;
   size_t frames_ = 0;
-  double radius_mm_ = 0;
-  std::string data_;  // elements of the frames so far
+  v1::PageSequence page_;
 };
 
 // The program of a page with its section.

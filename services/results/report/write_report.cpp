@@ -172,13 +172,11 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
 }
 
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
-  WEFT_ASSIGN_OR_RETURN(const JobReportParts parts, ReadJobReportParts(out_folder, job));
+  WEFT_ASSIGN_OR_RETURN(JobReportParts parts, ReadJobReportParts(out_folder, job));
   // Through the open folder: a link that takes its place is not followed.
   WEFT_ASSIGN_OR_RETURN(const ConfinedFolder folder,
                         ConfinedFolder::Open(std::filesystem::absolute(out_folder).string()));
-  return folder.InWords(WriteFileAtomically(folder.At(kJobReportFile),
-                                            MakeJobReport(job, parts.frames, parts.pictures, parts.notes,
-                                                          parts.sequence ? &*parts.sequence : nullptr)));
+  return folder.InWords(WriteFileAtomically(folder.At(kJobReportFile), MakeJobReport(std::move(parts))));
 }
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 import { formatCount, numberOf } from "./numbers.js";
 
 /** @typedef {Node | string | number | null | undefined | false} Piece */
-/** @typedef {Piece | Piece[]} Content */
+/** Lists may hold lists. @typedef {Piece | any[]} Content */
 /** What a cell shows, and what tables sort it by. @typedef {{content: Content, value: number | string}} Cell */
 /** @typedef {{title: string, number?: boolean}} Column */
 /** @typedef {{grade: string, reason: string, remedy: string, checks: any[], others: any[]}} Verdict */
@@ -16,7 +16,7 @@ export const printable = text => String(text).replace(CONTROLS, "\ufffd");
 
 /** @param {Element} parent @param {any[]} content */
 function fill(parent, content) {
-  for (const piece of content.flat(3)) {
+  for (const piece of content.flat(Infinity)) {
     if (piece === null || piece === undefined || piece === false || piece === "") continue;
     parent.append(piece instanceof Node ? piece : printable(piece));
   }
@@ -54,7 +54,7 @@ export const name = text => el("bdi", text);
 
 /** A section with its heading; nothing where it has no content. @param {string} id @param {string} heading @param {...Content} content */
 export function section(id, heading, ...content) {
-  const filled = content.flat(3).filter(piece => piece !== null && piece !== undefined && piece !== false && piece !== "");
+  const filled = content.flat(Infinity).filter(piece => piece !== null && piece !== undefined && piece !== false && piece !== "");
   return filled.length > 0 ? el("section", { id }, el("h2", heading), filled) : null;
 }
 
@@ -119,7 +119,7 @@ export function table(columns, cells, classes = "") {
     cells: row, shown: el("tr", row.map((one, i) => el(numeric[i] ? "td.number" : "td", isCell(one) ? one.content : one))),
   }));
   const body = el("tbody", rows.map(row => row.shown));
-  const sorts = cells.length > 2;
+  const sorts = cells.length > 2 && classes !== "facts" && classes !== "checks";
   const head = el("tr", titles.map(({ title }, i) =>
     el(numeric[i] ? "th.number" : "th", { scope: "col" }, sorts && title ? el("button", { type: "button", title: "Sort" }, title) : title)));
   if (sorts) sortable(head, body, rows);

@@ -72,7 +72,8 @@ export const isAlone = (values, bin) => hasValue(values, bin) && !hasValue(value
 export const binName = ({ begin, end }, { noun, names }) =>
   (end - begin === 1 ? `${noun} ${names[begin]}` : `${noun}s ${names[begin]} to ${names[end - 1]}`);
 
-export const WIDTH = 560, HEIGHT = 220, LEFT = 62, RIGHT = 548, TOP = 14, BOTTOM = 186;
+const WIDTH = 560, HEIGHT = 220, LEFT = 62, RIGHT = 548, TOP = 14;
+export const BOTTOM = 186;
 
 /** Where things are in the picture, in its units. */
 export class PlotArea {
