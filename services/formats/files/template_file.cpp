@@ -13,9 +13,9 @@
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/formats/files/parts_message.h"
 #include "services/formats/files/ply.h"
 #include "services/formats/files/text_file.h"
-#include "weft/v1/template.pb.h"
 
 namespace weft {
 namespace {
@@ -32,10 +32,12 @@ absl::Status CheckFileName(const std::string& path, const char* field, const std
       path, ": the field ", field, " must name a file in the same folder, it is \"", name, "\""));
 }
 
-void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
-  proto->set_cell_mm(parts.cell_mm);
+}  // namespace
+
+void AddParts(const GarmentParts& parts, v1::Template& proto) {
+  proto.set_cell_mm(parts.cell_mm);
   for (const TemplatePanel& panel : parts.panels) {
-    v1::TemplatePanel* out = proto->add_panels();
+    v1::TemplatePanel* out = proto.add_panels();
     out->set_cells(panel.cells);
     out->set_first_row(panel.first_row);
     out->set_last_row(panel.last_row);
@@ -46,7 +48,7 @@ void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
     out->set_quarter_turns(panel.quarter_turns);
   }
   for (const Seam& seam : parts.seams) {
-    v1::TemplateSeam* out = proto->add_seams();
+    v1::TemplateSeam* out = proto.add_seams();
     out->set_panel_a(seam.panel_a);
     out->set_panel_b(seam.panel_b);
     out->set_length_mm(seam.length_mm);
@@ -57,18 +59,20 @@ void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
     out->mutable_middle()->Assign(seam.middle.begin(), seam.middle.end());
   }
   for (const TemplateBorder& opening : parts.openings) {
-    v1::TemplateOpening* out = proto->add_openings();
+    v1::TemplateOpening* out = proto.add_openings();
     out->set_length_mm(opening.length_mm);
     out->mutable_panels()->Assign(opening.panels.begin(), opening.panels.end());
     out->mutable_vertices()->Assign(opening.loop.begin(), opening.loop.end());
   }
-  if (parts.expected_openings >= 0) proto->set_expected_openings(parts.expected_openings);
-  proto->set_panel_faces(parts.panel_faces);
-  proto->set_texture_side_mm(parts.texture_side_mm);
-  proto->set_board_rows(parts.board_rows);
-  proto->set_board_cols(parts.board_cols);
-  proto->set_any_scale(parts.any_scale);
+  if (parts.expected_openings >= 0) proto.set_expected_openings(parts.expected_openings);
+  proto.set_panel_faces(parts.panel_faces);
+  proto.set_texture_side_mm(parts.texture_side_mm);
+  proto.set_board_rows(parts.board_rows);
+  proto.set_board_cols(parts.board_cols);
+  proto.set_any_scale(parts.any_scale);
 }
+
+namespace {
 
 GarmentParts PartsFromProto(const v1::Template& proto) {
   GarmentParts parts;
@@ -252,7 +256,7 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
   proto.set_mesh("mesh.ply");
   proto.set_cells("cells.txt");
   if (corners) proto.set_corners("corners.txt");
-  PartsToProto(parts, &proto);
+  AddParts(parts, proto);
   for (const GarmentSpan& one : garment.garments) {
     v1::TemplateGarment* out = proto.add_garments();
     out->set_id(one.id);

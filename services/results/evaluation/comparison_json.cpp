@@ -62,7 +62,7 @@ void AddRemarks(const std::string& prefix, const std::vector<EvaluationRemark>& 
 
 }  // namespace
 
-absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison) {
+v1::Comparison ComparisonMessage(const JobComparison& comparison) {
   v1::Comparison out;
   out.set_a(comparison.a.result);
   out.set_b(comparison.b.result);
@@ -85,7 +85,11 @@ absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison) {
   out.set_significance_level(kSignificanceLevel);
   out.set_truth(comparison.a.truth);
   out.set_frames_per_s(comparison.a.fps);
-  return ToJson(out);
+  return out;
+}
+
+absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison) {
+  return ToJson(ComparisonMessage(comparison));
 }
 
 }  // namespace weft

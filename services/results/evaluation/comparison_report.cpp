@@ -1,177 +1,60 @@
 #include "services/results/evaluation/comparison_report.h"
 
 #include <filesystem>
-#include <map>
 #include <optional>
 
-#include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/results/evaluation/comparison_sequence.h"
 #include "services/results/evaluation/comparison_text.h"
-#include "services/results/report/html_text.h"
-#include "services/results/report/report_sections.h"
-#include "services/results/report/verdict_html.h"
+#include "services/results/evaluation/evaluation_text.h"
+#include "services/results/evaluation/garment_maps.h"
+#include "services/results/report/page.h"
+#include "weft/v1/page_reports.pb.h"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string ValueHtml(const EvaluationMeasure& measure, double value, int more_decimals = 0) {
-  const bool is_share = std::string_view(measure.unit) == "%";
-  return FormatNumber(is_share ? 100 * value : value, measure.decimals + more_decimals);
-}
-
-std::string OutcomeHtml(ComparisonOutcome outcome) {
-  switch (outcome) {
-    case ComparisonOutcome::kABetter:
-      return "<span class=\"side a\">&#9679; A is better</span>";
-    case ComparisonOutcome::kBBetter:
-      return "<span class=\"side b\">&#9632; B is better</span>";
-    default:
-      return EscapeHtml(OutcomeText(outcome));
-  }
-}
-
-std::string HeadOfComparison(const JobComparison& comparison) {
-  const auto side = [](const char* name, const char* mark, const JobEvaluation& of) {
-    return absl::StrCat("<li><span class=\"side ", mark, "\">", name, "</span> ", NameHtml(of.result),
-                        "</li>\n");
-  };
-  return PageHead(
-      absl::StrCat("Weft comparison of two results",
-                   comparison.a.truth.empty() ? ", without ground truth" : ", against ground truth"),
-      ComparisonHeadline(comparison) + ".", {},
-      absl::StrCat("<ul class=\"sides\">\n", side("&#9679; A", "a", comparison.a),
-                   side("&#9632; B", "b", comparison.b), "</ul>\n"));
-}
-
-std::string MeasureSection(const JobComparison& comparison) {
-  std::string rows;
-  for (const ComparedMeasure& compared : comparison.measures) {
-    const EvaluationMeasure& m = *compared.measure;
-    const std::string unit = *m.unit == '\0' ? "" : absl::StrCat(", ", m.unit);
-    rows += TableRow("td", {absl::StrCat(m.title, unit), ValueHtml(m, compared.a), ValueHtml(m, compared.b),
-                            ValueHtml(m, compared.a - compared.b, 1),
-                            compared.test ? absl::StrCat("\xC2\xB1\xC2\xA0",
-                                                         ValueHtml(m, compared.test->standard_error, 1))
-                                          : kDash,
-                            FormatCount(static_cast<int64_t>(compared.frames)),
-                            compared.test ? EscapeHtml(ProbabilityText(compared.test->p)) : kDash,
-                            compared.test ? EscapeHtml(ProbabilityText(compared.p_adjusted)) : kDash,
-                            OutcomeHtml(compared.outcome)});
-  }
-  const FrameDifference& total = comparison.total;
-  std::string distance;
-  if (total.distance_mm)
-    absl::StrAppend(&distance, "<p>Vertices of both are ", FormatNumber(total.distance_mm->mean, 3),
-                    " mm apart in the mean, ", FormatNumber(total.distance_mm->median, 3),
-                    " mm in the median, ", FormatNumber(total.distance_mm->p95, 3), " mm at 95 %");
-  if (total.beyond_sigmas_share)
-    absl::StrAppend(&distance, "; ", FormatPercent(*total.beyond_sigmas_share),
-                    " of them farther than the sigmas of both explain in 99 % of cases");
-  if (!distance.empty()) distance += ".</p>\n";
-  return Section(
-      "measures", "Side by side",
-      absl::StrCat(
-          Table({"Mean over the frames", "A", "B", "A \xE2\x88\x92 B", "Standard error", "Frames", "p",
-                 "p, all", "Outcome"},
-                rows, "cameras outcomes"),
-          distance,
-          "<p>Each frame of A is paired with the same frame of B. p is the probability that chance makes "
-          "such a difference; it allows for frames that resemble their neighbours (Lazarus et al. 2018). "
-          "<i>p, "
-          "all</i> allows for the number of measures as well (Holm 1979). Where that is below ",
-          FormatNumber(kSignificanceLevel, 2), " a difference is called significant.</p>\n"));
-}
-
-std::string JobDifferenceSection(const JobComparison& comparison) {
-  if (comparison.differences.empty()) return "";
-  std::string rows;
-  for (const JobDifference& difference : comparison.differences)
-    rows += TableRow("td", {absl::StrCat("<code>", EscapeHtml(difference.what), "</code>"),
-                            difference.a.empty() ? kDash : NameHtml(difference.a),
-                            difference.b.empty() ? kDash : NameHtml(difference.b)});
-  return Section("differences", "What differs in the jobs", Table({"", "A", "B"}, rows, "facts"));
-}
-
-std::string DifferenceMapSection(const JobComparison& comparison) {
-  if (comparison.a.shape.vertices_mm.empty()) return "";
-  std::string body;
-  for (const auto& [name, map] : ComparisonMaps(comparison)) {
-    const absl::StatusOr<std::string> html = GarmentMapHtml(comparison.a.shape, map);
-    absl::StrAppend(&body, html.ok()
-                               ? *html
-                               : absl::StrCat("<p>", EscapeHtml(map.title), " has no picture: ",
-                                              EscapeHtml(std::string(html.status().message())), "</p>\n"));
-  }
-  if (body.empty()) return "";
-  return Section(
-      "maps", "Differences on the garment",
-      absl::StrCat("<div class=\"meshes\">\n", body,
-                   "</div>\n<p>Dark grey: not measured in both. Results of the same images share their "
-                   "noise, so a distance beyond the sigmas is no chance.</p>\n"));
-}
-
-std::string OverlaySection(const JobComparison& comparison) {
-  std::string body;
-  const PlotFrames axis = ComparisonFrames(comparison);
-  for (const ComparisonPlot& plot : ComparisonPlots(comparison))
-    body += OverlaidPlot(axis, plot.series, plot.text);
-  if (body.empty()) return "";
-  return Section("plots", "Over the frames", absl::StrCat("<div class=\"plots\">\n", body, "</div>\n"));
-}
-
-std::string ComparedCameraSection(const JobComparison& comparison) {
-  std::map<std::string, std::pair<const CameraErrors*, const CameraErrors*>> cameras;
-  for (const CameraErrors& camera : comparison.a.cameras) cameras[camera.camera_id].first = &camera;
-  for (const CameraErrors& camera : comparison.b.cameras) cameras[camera.camera_id].second = &camera;
-  if (cameras.empty()) return "";
-  std::string rows;
-  for (const auto& [name, sides] : cameras) {
-    std::vector<std::string> reprojection, left_out, shift;
-    for (const CameraErrors* camera : {sides.first, sides.second}) {
-      const auto error = camera ? Summarize(camera->reprojection_px) : std::nullopt;
-      const auto others = camera ? Summarize(camera->left_out_px) : std::nullopt;
-      reprojection.push_back(FormatNumber(error ? error->median : kNoNumber, 3));
-      left_out.push_back(FormatNumber(others ? others->median : kNoNumber, 3));
-      shift.push_back(FormatNumber(
-          others ? camera->shift_sum_px.norm() / static_cast<double>(others->count) : kNoNumber, 3));
+v1::ComparisonPage ShownComparison(const JobComparison& comparison) {
+  v1::ComparisonPage page;
+  page.set_headline(ComparisonHeadline(comparison));
+  for (const ComparedMeasure& compared : comparison.measures) page.add_decimals(compared.measure->decimals);
+  for (const ComparisonPlot& plot : ComparisonPlots(comparison)) {
+    v1::ComparisonPage::Plot& shown = *page.add_plots();
+    shown.set_title(plot.text.title);
+    shown.set_unit(plot.text.unit);
+    shown.set_decimals(plot.text.decimals);
+    shown.set_from_zero(plot.text.from_zero);
+    shown.set_whole_percent(plot.text.whole_percent);
+    shown.set_first_style(static_cast<int>(plot.text.first_style));
+    for (const PlotSeries& series : plot.series) {
+      v1::ComparisonPage::Plot::Series& line = *shown.add_series();
+      line.set_name(series.name);
+      line.mutable_values()->Assign(series.values.begin(), series.values.end());
     }
-    rows += TableRow("td", {NameHtml(name), reprojection[0], reprojection[1], left_out[0], left_out[1],
-                            shift[0], shift[1]});
   }
-  return Section("cameras", "Cameras",
-                 Table({"Camera", "Reprojection, median px, A", "B", "Left out, median px, A", "B",
-                        "Mean shift, px, A", "B"},
-                       rows, "cameras"));
-}
-
-std::string ComparisonRemarkSection(const JobComparison& comparison) {
-  std::string rows;
-  const auto add = [&rows](const std::string& side, const std::vector<EvaluationRemark>& remarks) {
-    for (const EvaluationRemark& remark : remarks)
-      rows += TableRow("td", {side, EscapeHtml(remark.metric), EscapeHtml(remark.reason)});
-  };
-  add("both", comparison.remarks);
-  add("A", comparison.a.remarks);
-  add("B", comparison.b.remarks);
-  if (rows.empty()) return "";
-  return Section("remarks", "Not measured, and assumptions", Table({"", "Measure", "Why"}, rows, "facts"));
+  const std::vector<bool> without_mesh = ComparisonFrames(comparison).without_mesh;
+  page.mutable_without_mesh()->Assign(without_mesh.begin(), without_mesh.end());
+  for (const CameraErrors& camera : comparison.a.cameras) *page.add_a_cameras() = CameraScoreMessage(camera);
+  for (const CameraErrors& camera : comparison.b.cameras) *page.add_b_cameras() = CameraScoreMessage(camera);
+  return page;
 }
 
 }  // namespace
 
-std::string MakeComparisonReport(const JobComparison& comparison, const SequenceView* sequence,
+std::string MakeComparisonReport(const JobComparison& comparison, const v1::PageSequence* meshes,
                                  const std::vector<std::string>& notes) {
-  return Page(
-      "Weft comparison",
-      absl::StrCat(HeadOfComparison(comparison), MeasureSection(comparison), JobDifferenceSection(comparison),
-                   sequence != nullptr ? ComparisonSequenceSection(comparison, *sequence, notes) : "",
-                   DifferenceMapSection(comparison), OverlaySection(comparison),
-                   ComparedCameraSection(comparison), ComparisonRemarkSection(comparison)),
-      sequence != nullptr ? SequenceProgram(*sequence) : PageProgram());
+  const v1::Comparison message = ComparisonMessage(comparison);
+  v1::ComparisonPage shown = ShownComparison(comparison);
+  *shown.mutable_notes() = {notes.begin(), notes.end()};
+  v1::PageMaps maps;
+  for (const auto& [name, map] : ComparisonMaps(comparison)) AddGarmentMap(comparison.a.shape, map, maps);
+  return MakePage(
+      {.title = "Weft comparison",
+       .kind = "comparison",
+       .data = {{"comparison", &message}, {"page", &shown}, {"maps", &maps}, {"meshes", meshes}}});
 }
 
 absl::Status WriteComparison(const std::string& folder, const JobComparison& comparison) {
@@ -196,8 +79,8 @@ absl::Status WriteComparison(const std::string& folder, const JobComparison& com
   }
   write("comparison.json", json);
   std::vector<std::string> notes;
-  const std::optional<SequenceView> sequence = ComparisonSequence(comparison, notes);
-  write("report.html", MakeComparisonReport(comparison, sequence ? &*sequence : nullptr, notes));
+  const std::optional<v1::PageSequence> meshes = ComparisonSequence(comparison, notes);
+  write("report.html", MakeComparisonReport(comparison, meshes ? &*meshes : nullptr, notes));
   return status;
 }
 

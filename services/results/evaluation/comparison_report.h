@@ -10,15 +10,14 @@
 #include "services/results/evaluation/compare_jobs.h"
 #include "services/results/report/picture_html.h"
 #include "services/results/report/plot.h"
+#include "weft/v1/page.pb.h"
 
 namespace weft {
 
-class SequenceView;
-
 // The table of measures with significance, what differs in the jobs, maps of the differences on the garment,
 // overlaid plots over the frames, cameras, remarks. The same bytes for the same comparison.
-// `sequence` is that of ComparisonSequence, with its notes.
-std::string MakeComparisonReport(const JobComparison& comparison, const SequenceView* sequence = nullptr,
+// `meshes` are those of ComparisonSequence, with its notes.
+std::string MakeComparisonReport(const JobComparison& comparison, const v1::PageSequence* meshes = nullptr,
                                  const std::vector<std::string>& notes = {});
 
 // <folder>/{comparison.json,measures.csv,frames.csv,cameras.csv,vertices.csv,report.html}, a plot per measure

@@ -4,16 +4,14 @@
 #include <set>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "evaluation/mesh_difference.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
 #include "services/results/evaluation/frame_pieces.h"
 #include "services/results/report/frame_pictures.h"
-#include "services/results/report/html_text.h"
 #include "services/results/report/job_frames.h"
 #include "services/results/report/job_report_parts.h"
-#include "services/results/report/job_summary.h"
+#include "services/results/report/picture_data.h"
 #include "services/results/report/read_sequence.h"
 
 namespace weft {
@@ -34,10 +32,22 @@ std::vector<double> DistancesInFrame(const std::string& b, const std::string& fr
   return DifferenceOf(a_mm, of_b->mesh.vertices_mm, {}, {}).distance_mm;
 }
 
+// The mean distance over the frames.
+std::optional<v1::PagePicture> StillOf(const JobComparison& comparison) {
+  const std::vector<double>& mean_mm = comparison.maps.distance_mm;
+  if (mean_mm.empty()) return std::nullopt;
+  const absl::StatusOr<std::vector<MeshPicture>> sides =
+      DrawBothSides(comparison.a.shape, ScalarColors(mean_mm, DistanceRange(comparison)), 0.6);
+  if (!sides.ok() || sides->empty()) return std::nullopt;
+  v1::PagePicture still = PictureData(sides->front());
+  still.set_title("Mean distance over the frames, on the template");
+  return still;
+}
+
 }  // namespace
 
-std::optional<SequenceView> ComparisonSequence(const JobComparison& comparison,
-                                               std::vector<std::string>& notes) {
+std::optional<v1::PageSequence> ComparisonSequence(const JobComparison& comparison,
+                                                   std::vector<std::string>& notes) {
   const JobEvaluation &a = comparison.a, &b = comparison.b;
   if (!comparison.total.distance_mm || a.shape.faces != b.shape.faces) return std::nullopt;
   v1::Job job;
@@ -63,26 +73,11 @@ std::optional<SequenceView> ComparisonSequence(const JobComparison& comparison,
         return DistancesInFrame(b.result, frame, vertices_mm);
       },
       true};
-  return ReadSequence(a.result, *reports, sigma_range_mm, {distance}, notes);
-}
-
-std::string ComparisonSequenceSection(const JobComparison& comparison, const SequenceView& sequence,
-                                      const std::vector<std::string>& notes) {
-  MeshPicture still;
-  if (const std::vector<double>& mean_mm = comparison.maps.distance_mm; !mean_mm.empty()) {
-    const absl::StatusOr<std::vector<MeshPicture>> sides =
-        DrawBothSides(comparison.a.shape, ScalarColors(mean_mm, DistanceRange(comparison)), 0.6);
-    if (sides.ok() && !sides->empty()) {
-      still = sides->front();
-      still.title = "Mean distance over the frames, on the template";
-    }
-  }
-  const auto count = [](size_t number) { return FormatCount(static_cast<int64_t>(number)); };
-  std::string about = absl::StrCat("Meshes of A, ", count(sequence.kept().size()), " of their vertices in ",
-                                   count(sequence.frames()), " of ", count(comparison.a.frames.size()),
-                                   " frames; grey: not measured in both.");
-  for (const std::string& note : notes) absl::StrAppend(&about, " ", EscapeHtml(note));
-  return sequence.Section(still, about);
+  std::optional<SequenceView> view = ReadSequence(a.result, *reports, sigma_range_mm, {distance}, notes);
+  if (!view) return std::nullopt;
+  v1::PageSequence meshes = std::move(*view).Take();
+  if (std::optional<v1::PagePicture> still = StillOf(comparison)) *meshes.mutable_still() = *std::move(still);
+  return meshes;
 }
 
 }  // namespace weft

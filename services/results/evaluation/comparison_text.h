@@ -5,6 +5,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/results/evaluation/compare_jobs.h"
+#include "weft/v1/comparison.pb.h"
 
 namespace weft {
 
@@ -17,7 +18,8 @@ std::string ProbabilityText(double p);
 
 // Both results, what differs in their jobs, a line per measure, the meshes' distance, remarks.
 std::string ComparisonTable(const JobComparison& comparison);
-// weft.v1.Comparison.
+v1::Comparison ComparisonMessage(const JobComparison& comparison);
+// The same as JSON.
 absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison);
 
 // A line per measure.

@@ -89,7 +89,9 @@ v1::MeasureScore ToProto(const FrameMetrics& metrics) {
   return out;
 }
 
-v1::CameraScore ToProto(const CameraErrors& errors) {
+}  // namespace
+
+v1::CameraScore CameraScoreMessage(const CameraErrors& errors) {
   v1::CameraScore out;
   out.set_camera(errors.camera_id);
   out.set_observations(Count(errors.observations));
@@ -102,6 +104,8 @@ v1::CameraScore ToProto(const CameraErrors& errors) {
   out.set_shift_y_px(errors.shift_sum_px.y() / static_cast<double>(errors.left_out_px.size()));
   return out;
 }
+
+namespace {
 
 v1::FrameScore ToProto(const std::string& name, const std::vector<std::string>& missing,
                        const FrameScore& score, const FrameMetrics& metrics) {
@@ -143,12 +147,12 @@ std::array<int, 10> VisibilityHistogram(const std::vector<double>& visibility) {
   return counts;
 }
 
-absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
+v1::Evaluation EvaluationMessage(const JobEvaluation& evaluation) {
   v1::Evaluation out;
   for (const EvaluatedFrame& frame : evaluation.frames)
     *out.add_frames() = ToProto(frame.frame, frame.missing, frame.score, frame.metrics);
   *out.mutable_total() = ToProto("total", {}, evaluation.total, evaluation.total_metrics);
-  for (const CameraErrors& camera : evaluation.cameras) *out.add_cameras() = ToProto(camera);
+  for (const CameraErrors& camera : evaluation.cameras) *out.add_cameras() = CameraScoreMessage(camera);
   for (const EvaluationRemark& remark : evaluation.remarks) {
     v1::EvaluationRemark& added = *out.add_remarks();
     added.set_measure(remark.metric);
@@ -165,7 +169,11 @@ absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
   out.set_frames_per_s(evaluation.fps);
   out.set_frames_per_s_source(evaluation.fps_source);
   *out.mutable_verdict() = evaluation.verdict;
-  return ToJson(out);
+  return out;
+}
+
+absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
+  return ToJson(EvaluationMessage(evaluation));
 }
 
 }  // namespace weft

@@ -5,17 +5,18 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
-#include "services/results/evaluation/evaluation_sections.h"
 #include "services/results/evaluation/evaluation_text.h"
+#include "services/results/evaluation/evaluation_verdict.h"
+#include "services/results/evaluation/garment_maps.h"
+#include "services/results/report/job_page.h"
 #include "services/results/report/job_report_parts.h"
-#include "services/results/report/job_summary.h"
-#include "services/results/report/report_sections.h"
+#include "services/results/report/mesh_colors.h"
+#include "services/results/report/page.h"
 
 namespace weft {
 
@@ -67,34 +68,38 @@ absl::StatusOr<std::optional<JobReportParts>> PartsOfJob(const JobEvaluation& ev
   return parts;
 }
 
-// In front of what was measured: the job, its meshes and pictures.
-std::string JobBefore(const JobReportParts& job, const std::string& in_space) {
-  return absl::StrCat(JobVerdictSection(job), WarningSection(job.job, job.notes), in_space,
-                      PictureSection(job.pictures));
-}
-
-std::string JobBehind(const JobReportParts& job) {
-  return absl::StrCat(PlotSection(job.frames), FrameSection(job.frames),
-                      CameraSection(Summarize(job.job, job.frames)), CellSection(job.frames),
-                      AlignmentSection(job.frames), OptionSection(job.job),
-                      InputSection(job.job, job.frames));
+v1::PageMaps MapsOf(const JobEvaluation& evaluation) {
+  v1::PageMaps out;
+  const VertexMaps& maps = evaluation.maps;
+  const char* drift_unit = evaluation.fps > 0 ? "mm/s" : "mm a frame";
+  for (const GarmentMap& map :
+       {ShareMap("Visibility: share of the frames that observe the vertex", "share", maps.visibility),
+        GarmentMap{"Vertex error, mean over the frames", "error", "mm", maps.error_mm,
+                   RoundRange(maps.error_mm)},
+        GarmentMap{"Geodesic distortion, mean over sources and frames", "distortion", "mm",
+                   maps.distortion_mm, RoundRange(maps.distortion_mm)},
+        GarmentMap{"Drift by texture flow", "drift", drift_unit, maps.texture_drift,
+                   RoundRange(maps.texture_drift)},
+        GarmentMap{"Exact drift", "drift", drift_unit, maps.true_drift, RoundRange(maps.true_drift, 0.95)}})
+    AddGarmentMap(evaluation.shape, map, out);
+  return out;
 }
 
 }  // namespace
 
 std::string MakeEvaluationReport(const JobEvaluation& evaluation, const JobReportParts* job) {
-  std::string in_space;
-  if (job != nullptr && job->sequence) {
-    const auto registered = static_cast<size_t>(Summarize(job->job, job->frames).registered);
-    in_space = SequenceSection(*job->sequence, job->pictures, registered);
-  }
-  const std::string body =
-      absl::StrCat(EvaluationHead(evaluation), PaperSection(FiguresOf(evaluation)),
-                   job ? JobBefore(*job, in_space) : "", MapSection(evaluation),
-                   VisibilitySection(evaluation), FramePlotSection(evaluation), FrameTableSection(evaluation),
-                   CameraTableSection(evaluation), job ? JobBehind(*job) : "", RemarkSection(evaluation));
-  if (in_space.empty()) return Page("Weft evaluation", body);
-  return Page("Weft evaluation", body, SequenceProgram(*job->sequence));
+  const v1::Evaluation message = EvaluationMessage(evaluation);
+  const v1::PageMaps maps = MapsOf(evaluation);
+  v1::EvaluationPage shown;
+  shown.set_headline(EvaluationHeadline(evaluation));
+  v1::JobPage of_job;
+  if (job != nullptr) of_job = JobPageOf(*job);
+  return MakePage({.title = "Weft evaluation",
+                   .kind = "evaluation",
+                   .data = {{"evaluation", &message},
+                            {"page", &shown},
+                            {"maps", &maps},
+                            {"job", job != nullptr ? &of_job : nullptr}}});
 }
 
 absl::Status WriteEvaluation(const std::string& folder, const JobEvaluation& evaluation) {

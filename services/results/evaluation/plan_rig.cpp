@@ -16,7 +16,6 @@
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/verdict/verdict.h"
-#include "weft/v1/rig_plan.pb.h"
 
 namespace weft {
 namespace {
@@ -100,7 +99,7 @@ v1::Verdict RigPlanVerdict(const RigPlanResult& plan) {
   return verdict;
 }
 
-absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) {
+v1::RigPlan RigPlanMessage(const RigPlanResult& plan) {
   v1::RigPlan out;
   out.set_template_hash(plan.garment.ContentHash());
   out.set_candidates_hash(plan.candidates.ContentHash());
@@ -120,8 +119,10 @@ absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) {
   out.set_chosen(static_cast<uint32_t>(plan.rig.cameras.size()));
   out.set_rig_hash(plan.rig.ContentHash());
   *out.mutable_verdict() = RigPlanVerdict(plan);
-  return ToJson(out);
+  return out;
 }
+
+absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) { return ToJson(RigPlanMessage(plan)); }
 
 absl::Status WriteRigPlan(const std::string& folder, const RigPlanResult& plan) {
   WEFT_ASSIGN_OR_RETURN(const std::string json, RigPlanJson(plan));

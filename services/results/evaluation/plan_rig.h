@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "evaluation/rig_plan.h"
+#include "weft/v1/rig_plan.pb.h"
 #include "weft/v1/verdict.pb.h"
 
 namespace weft {
@@ -38,7 +39,8 @@ absl::StatusOr<RigPlanResult> PlanRigFromFiles(const RigPlanRequest& request,
 std::string RigPlanHeadline(const RigPlanResult& plan);
 // By the limits of docs/verdicts.md.
 v1::Verdict RigPlanVerdict(const RigPlanResult& plan);
-// weft.v1.RigPlan.
+v1::RigPlan RigPlanMessage(const RigPlanResult& plan);
+// The same as JSON.
 absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan);
 // One page that loads nothing: coverage by the number of cameras, the rig from above and from the side, what
 // it sees of the garment, the cameras in their order.

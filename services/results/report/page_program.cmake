@@ -16,6 +16,13 @@ set(page_files
   job_stages.js
   job_parts.js
   job.js
+  heat_map.js
+  evaluation.js
+  comparison.js
+  rig_plan.js
+  calibration.js
+  template.js
+  sync.js
   start.js)
 
 set(page_program "")

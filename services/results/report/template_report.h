@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template_build/build_template.h"
-#include "weft/v1/verdict.pb.h"
+#include "weft/v1/template.pb.h"
 
 namespace weft {
 
@@ -15,13 +15,12 @@ struct TemplateReportInputs {
   std::string board;
   std::string panels;               // empty: found in the clouds
   std::vector<std::string> clouds;  // BuiltTemplate::reference is one of them
-  v1::Verdict verdict;
 };
 
 // Panels on the board with seams in matching colours and numbers, the sewn garment, tables of panels, seams
-// and borders, and how far the rest state is from the print. Loads nothing and runs no script; the same bytes
-// for the same arguments. Errors of RenderMesh.
-absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
+// and borders, and how far the rest state is from the print. Loads nothing; the same bytes for the same
+// arguments. Errors of RenderMesh.
+absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built, const v1::TemplateSummary& summary,
                                                const TemplateReportInputs& inputs);
 
 }  // namespace weft

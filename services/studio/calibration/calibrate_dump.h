@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "services/formats/files/rig_file.h"
 #include "services/studio/calibration/detect_boards.h"
+#include "weft/v1/calibration.pb.h"
 #include "weft/v1/verdict.pb.h"
 
 namespace weft {
@@ -60,7 +61,8 @@ std::string CalibrationHeadline(const CalibrationResult& result);
 // Bad where it is refused; else by the limits of docs/verdicts.md.
 v1::Verdict CalibrationVerdict(const CalibrationResult& result);
 
-// weft.v1.CalibrationReport.
+v1::CalibrationReport CalibrationMessage(const CalibrationResult& result);
+// The same as JSON.
 absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result);
 // One page that loads nothing: what came out, what is wrong, coverage and residuals of every image, who sees
 // what together, sigmas.

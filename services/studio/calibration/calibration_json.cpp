@@ -3,7 +3,6 @@
 #include "capture/calibration/covisibility.h"
 #include "services/formats/files/json_file.h"
 #include "services/studio/calibration/calibrate_dump.h"
-#include "weft/v1/calibration.pb.h"
 
 namespace weft {
 namespace {
@@ -35,7 +34,7 @@ void AddCameras(const CalibrationResult& result, v1::CalibrationReport& proto) {
 
 }  // namespace
 
-absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result) {
+v1::CalibrationReport CalibrationMessage(const CalibrationResult& result) {
   v1::CalibrationReport proto;
   proto.set_accepted(result.issues.empty());
   *proto.mutable_verdict() = CalibrationVerdict(result);
@@ -72,7 +71,11 @@ absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result) {
     proto.set_variance_factor(solution.variance_factor);
     proto.set_rig_hash(result.rig.ContentHash());
   }
-  return ToJson(proto);
+  return proto;
+}
+
+absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result) {
+  return ToJson(CalibrationMessage(result));
 }
 
 }  // namespace weft

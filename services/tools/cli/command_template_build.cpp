@@ -105,9 +105,9 @@ absl::Status Build(BuildOptions options, bool quiet) {
   WEFT_RETURN_IF_ERROR(WriteTemplateWithParts(options.out, built->garment, built->parts,
                                               absl::StrCat("built from ", absl::StrJoin(names, ", "))));
   WEFT_ASSIGN_OR_RETURN(v1::TemplateSummary summary, SummaryOf(*built));
-  WEFT_ASSIGN_OR_RETURN(const std::string report,
-                        MakeTemplateReport(*built, {options.from.board, options.from.panels,
-                                                    sources->cloud_names, summary.verdict()}));
+  WEFT_ASSIGN_OR_RETURN(
+      const std::string report,
+      MakeTemplateReport(*built, summary, {options.from.board, options.from.panels, sources->cloud_names}));
   WEFT_RETURN_IF_ERROR(
       WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), report));
   *summary.mutable_options() = pipeline.message;

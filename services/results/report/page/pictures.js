@@ -1,6 +1,6 @@
 // @ts-check
 // Pictures of meshes, with what their colours mean.
-import { el } from "./parts.js";
+import { el, section } from "./parts.js";
 import { formatShort } from "./numbers.js";
 
 /** v1.PagePicture: `bytes` are base64. @typedef {{title: string, bytes: string, type: string, width_px: number, height_px: number}} Picture */
@@ -47,3 +47,10 @@ export function pictureRow(pictures, whatOf, coloring, legend) {
 
 /** v1.PageMap: values painted on both sides of the garment. @param {{title: string, pictures: Picture[], key: Key}} map */
 export const garmentMap = map => el("div", el("h3", map.title), pictureRow(map.pictures, "the garment", map.title, legendOf(map.key)));
+
+/**
+ * Maps on the garment (v1.PageMaps), and why others have no picture; nothing without either.
+ * @param {string} heading @param {{maps: any[], problems: string[]}} all @param {...any} below
+ */
+export const mapSection = (heading, { maps, problems }, ...below) => (maps.length + problems.length > 0
+  ? section("maps", heading, el("div.meshes", maps.map(garmentMap), problems.map(problem => el("p", problem))), below) : null);

@@ -11,9 +11,12 @@
 #include "services/results/evaluation/evaluate_job.h"
 #include "services/results/evaluation/evaluation_report.h"
 #include "services/results/evaluation/evaluation_text.h"
+#include "services/results/evaluation/evaluation_verdict.h"
 #include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/results/report/page_data.h"
 #include "weft/v1/evaluation.pb.h"
+#include "weft/v1/page_reports.pb.h"
 
 namespace weft {
 namespace {
@@ -118,6 +121,10 @@ TEST_F(SlidingResultTest, PerfectResultHasNoDriftAndEveryFileIsWritten) {
   EXPECT_TRUE(told);
   for (const char* name : {"frames.csv", "cameras.csv", "report.html"})
     EXPECT_TRUE(std::filesystem::exists(*folder_ / ("out/" + std::string(name)))) << name;
+  const std::string page = MakeEvaluationReport(evaluation);
+  EXPECT_EQ(MemberOf<v1::Evaluation>(page, "evaluation").SerializeAsString(), read.SerializeAsString());
+  EXPECT_GT(MemberOf<v1::PageMaps>(page, "maps").maps_size(), 2);
+  EXPECT_EQ(MemberOf<v1::EvaluationPage>(page, "page").headline(), EvaluationHeadline(evaluation));
   EXPECT_EQ(Run(*folder_ / "perfect").total_metrics.texture_drift_mm_s->mean, total.texture_drift_mm_s->mean);
 }
 

@@ -13,6 +13,8 @@
 #include "services/studio/calibration/rehearsal.h"
 #include "tests/capture/calibration/simulated_calibration.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/results/report/page_data.h"
+#include "weft/v1/page_reports.pb.h"
 
 namespace weft {
 namespace {
@@ -146,7 +148,21 @@ TEST_F(CalibrateDumpTest, RenderedBoardsGiveTheRigThatTookThem) {
   const auto page = ReadWholeFile(CalibrationReportPath(Request().out));
   ASSERT_TRUE(page.ok());
   EXPECT_NE(CalibrationVerdict(*result).grade(), v1::GRADE_BAD);
-  EXPECT_THAT(*page, HasSubstr(CalibrationVerdict(*result).checks(0).limits()));
+  EXPECT_EQ(MemberOf<v1::CalibrationReport>(*page, "report").verdict().checks(0).limits(),
+            CalibrationVerdict(*result).checks(0).limits());
+  const auto shown = MemberOf<v1::CalibrationPage>(*page, "page");
+  ASSERT_EQ(shown.cameras_size(), 4);
+  for (int c = 0; c < 4; ++c) {
+    const v1::CalibrationPage::Camera& camera = shown.cameras(c);
+    EXPECT_EQ(camera.corners_px_size(), camera.residuals_px_size());
+    EXPECT_GE(camera.corners_px_size(), 2 * 100);
+    EXPECT_DOUBLE_EQ(camera.lens(0), rig->cameras[c].fx_px);
+    EXPECT_DOUBLE_EQ(camera.lens_sigmas(3), (*record)->cameras[c].sigmas[4]);
+    EXPECT_NEAR(camera.center_mm(2), rig->cameras[c].CenterWorld().z(), 1e-6);
+    EXPECT_EQ(camera.shared_size(), 4);
+  }
+  EXPECT_EQ(shown.solution().rig_version(), 1);
+  EXPECT_EQ(shown.solution().boards_mm_size() % 3, 0);
 
   // Calibrated again, the version counts up and names what it replaces.
   const auto again = CalibrateDump(Request());
@@ -171,7 +187,9 @@ TEST_F(CalibrateDumpTest, RefusalsLeaveNoRigButAPage) {
   EXPECT_FALSE(fs::exists(std::string(request.out)));
   const auto page = ReadWholeFile(CalibrationReportPath(request.out));
   ASSERT_TRUE(page.ok());
-  EXPECT_THAT(*page, HasSubstr("bad</span> Calibration refused for"));
+  const auto shown = MemberOf<v1::CalibrationPage>(*page, "page");
+  EXPECT_THAT(shown.headline(), HasSubstr("Calibration refused for"));
+  EXPECT_EQ(MemberOf<v1::CalibrationReport>(*page, "report").verdict().grade(), v1::GRADE_BAD);
 }
 
 TEST_F(CalibrateDumpTest, BlurredBoardsAreTheCauseThatIsNamed) {
