@@ -1,12 +1,28 @@
 """What the parts of pages' program make of numbers and names: its functions are called on a page of next to nothing."""
 
+import glob
 import json
+import os
 import re
+import subprocess
+import tempfile
 import unittest
 
+from browser import MODULES, SOURCE, need_browser
 from sample_pages import ReportPages
 
 NBSP = "\u00a0"
+
+
+class Types(unittest.TestCase):
+    def test_of_the_program_agree(self):
+        need_browser()
+        files = glob.glob(os.path.join(SOURCE, "services", "results", "report", "page", "*.js"))
+        done = subprocess.run([os.path.join(MODULES, ".bin", "tsc"), "--noEmit", "--checkJs", "--allowJs", "--strict", "--noUnusedLocals", "--target",
+                               "es2022", "--module", "es2022", "--moduleResolution", "bundler", "--lib", "es2022,dom,dom.iterable", *files],
+                              capture_output=True, text=True, check=False, cwd=tempfile.gettempdir())
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(done.returncode, 0)
 
 
 class Parts(ReportPages):

@@ -8,8 +8,8 @@
 
 #include "absl/status/status.h"
 #include "services/results/evaluation/compare_jobs.h"
-#include "services/results/report/picture_html.h"
-#include "services/results/report/plot.h"
+#include "services/results/report/garment_map.h"
+#include "services/results/report/overlaid_plot.h"
 #include "weft/v1/page.pb.h"
 
 namespace weft {

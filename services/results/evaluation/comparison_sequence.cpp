@@ -73,9 +73,8 @@ std::optional<v1::PageSequence> ComparisonSequence(const JobComparison& comparis
         return DistancesInFrame(b.result, frame, vertices_mm);
       },
       true};
-  std::optional<SequenceView> view = ReadSequence(a.result, *reports, sigma_range_mm, {distance}, notes);
-  if (!view) return std::nullopt;
-  v1::PageSequence meshes = std::move(*view).Take();
+  v1::PageSequence meshes = ReadSequence(a.result, *reports, sigma_range_mm, {distance}, notes);
+  if (meshes.frames_size() == 0) return std::nullopt;
   if (std::optional<v1::PagePicture> still = StillOf(comparison)) *meshes.mutable_still() = *std::move(still);
   return meshes;
 }

@@ -1,7 +1,6 @@
 #include "services/results/evaluation/garment_maps.h"
 
 #include "absl/strings/str_cat.h"
-#include "services/results/report/picture_data.h"
 
 namespace weft {
 

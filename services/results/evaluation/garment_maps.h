@@ -2,7 +2,7 @@
 #pragma once
 
 #include "alignment/mesh.h"
-#include "services/results/report/picture_html.h"
+#include "services/results/report/garment_map.h"
 #include "weft/v1/page_reports.pb.h"
 
 namespace weft {

@@ -7,13 +7,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "absl/time/time.h"
 #include "capture/file/plain_text.h"
 
 namespace weft {
 namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+constexpr char kDash[] = "\xE2\x80\x93";
 constexpr char kMinus[] = "\xE2\x88\x92";
 
 std::string_view Entity(char c) {
@@ -102,25 +102,6 @@ std::string FormatPercent(double share) {
   double percent = 100 * share;
   if (percent < 100 && percent > 99.9) percent = 99.9;
   return absl::StrCat(absl::StrFormat("%.1f", percent), "\xC2\xA0%");
-}
-
-std::string FormatDuration(double ms) {
-  if (!std::isfinite(ms) || ms < 0) return kDash;
-  const double s = ms / 1000;
-  if (ms < 9.95) return absl::StrFormat("%.1f\xC2\xA0ms", ms);
-  if (ms < 999.5) return absl::StrFormat("%.0f\xC2\xA0ms", ms);
-  if (s < 9.995) return absl::StrFormat("%.2f\xC2\xA0s", s);
-  if (s < 99.95) return absl::StrFormat("%.1f\xC2\xA0s", s);
-  if (s > 1e12) return kDash;
-  const int64_t seconds = std::llround(s), minutes = seconds / 60;
-  if (minutes < 60) return absl::StrFormat("%d\xC2\xA0min\xC2\xA0%d\xC2\xA0s", minutes, seconds % 60);
-  return absl::StrFormat("%d\xC2\xA0h\xC2\xA0%d\xC2\xA0min", minutes / 60, minutes % 60);
-}
-
-std::string FormatUnixTime(int64_t unix_ns) {
-  if (unix_ns <= 0) return kDash;
-  return absl::StrCat(
-      absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::UTCTimeZone()), " UTC");
 }
 
 std::string Counted(int64_t count, const std::string& singular, const std::string& plural) {

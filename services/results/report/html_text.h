@@ -1,4 +1,4 @@
-// Text and numbers as HTML shows them.
+// Text and numbers as reports show them.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,13 @@ std::string Shortened(std::string_view text, size_t characters);
 // "too_few_views" as "too few views"; not escaped.
 std::string Words(std::string_view identifier);
 
-// What stands for a number that is not there, and that number.
-inline constexpr char kDash[] = "\xE2\x80\x93";
+// A number that is not there.
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 // Numbers that are not finite come out as a dash.
 std::string FormatCount(int64_t count);                // "12,345"
 std::string FormatNumber(double value, int decimals);  // "0.14", "1,204.5"
 std::string FormatPercent(double share);               // 0.952: "95.2 %"
-std::string FormatDuration(double ms);                 // "340 ms", "2.31 s", "4 min 10 s", "3 h 5 min"
-std::string FormatUnixTime(int64_t unix_ns);           // "2026-11-21 10:44:03 UTC"; a dash for 0
 // "1 frame", "12 frames".
 std::string Counted(int64_t count, const std::string& singular, const std::string& plural);
 

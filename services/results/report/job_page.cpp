@@ -177,13 +177,13 @@ void SetPictures(const FramePictures& frame, v1::PageFramePictures& data) {
   AddPictures(frame.in_images, *data.mutable_in_images());
 }
 
-void SetSequence(SequenceView sequence, const std::vector<FramePictures>& pictures, v1::PageSequence& data) {
-  data = std::move(sequence).Take();
+// Stands for the sequence where it cannot be shown.
+void SetStill(const std::vector<FramePictures>& pictures, v1::PageSequence& sequence) {
   const auto shown =
       std::ranges::find_if(pictures, [](const FramePictures& frame) { return !frame.by_state.empty(); });
   if (shown == pictures.end()) return;
-  *data.mutable_still() = PictureData(shown->by_state[0]);
-  data.mutable_still()->set_title(absl::StrCat("Frame ", shown->frame, ", colours: state"));
+  *sequence.mutable_still() = PictureData(shown->by_state[0]);
+  sequence.mutable_still()->set_title(absl::StrCat("Frame ", shown->frame, ", colours: state"));
 }
 
 }  // namespace
@@ -203,8 +203,10 @@ v1::JobPage JobPageOf(JobReportParts parts) {
   AddAlgorithms(parts.frames, page);
   AddTake(parts.job, page);
   for (const FramePictures& frame : parts.pictures) SetPictures(frame, *page.add_pictures());
-  if (parts.sequence && parts.sequence->frames() > 0)
-    SetSequence(*std::move(parts.sequence), parts.pictures, *page.mutable_sequence());
+  if (parts.sequence.frames_size() > 0) {
+    *page.mutable_sequence() = std::move(parts.sequence);
+    SetStill(parts.pictures, *page.mutable_sequence());
+  }
   AddPaperTable(*page.mutable_paper());
   return page;
 }

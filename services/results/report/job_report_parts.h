@@ -2,13 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "services/results/report/html_report.h"
-#include "services/results/report/sequence_view.h"
+#include "weft/v1/page.pb.h"
 
 namespace weft {
 
@@ -35,7 +34,7 @@ struct JobReportParts {
   std::vector<v1::FrameReport> frames;
   std::vector<FramePictures> pictures;  // of the first, the worst and the last frames
   std::vector<std::string> notes;       // on what could not be read
-  std::optional<SequenceView> sequence;
+  v1::PageSequence sequence;            // without frames where there are no meshes
 };
 
 // Errors: a folder that cannot be listed. What cannot be read of the frames is noted.

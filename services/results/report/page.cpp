@@ -30,7 +30,7 @@ std::string JsonOf(const google::protobuf::Message& message) {
 }
 
 // JSON has '<' in texts alone, so none of them can end the element.
-std::string DataOf(const HtmlPage& page) {
+std::string DataOf(const ReportPage& page) {
   std::string data = "{";
   for (const auto& [name, message] : page.data)
     absl::StrAppend(&data, data.size() > 1 ? ",\n" : "\n", "\"", name,
@@ -41,7 +41,7 @@ std::string DataOf(const HtmlPage& page) {
 
 }  // namespace
 
-std::string MakePage(const HtmlPage& page) {
+std::string MakePage(const ReportPage& page) {
   static const std::string kPolicy = absl::StrCat("default-src 'none'; img-src data:; style-src ",
                                                   HashOf(kPageStyle), "; script-src ", HashOf(kPageProgram));
   return absl::StrCat(

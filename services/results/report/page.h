@@ -11,7 +11,7 @@ class Message;
 
 namespace weft {
 
-struct HtmlPage {
+struct ReportPage {
   std::string title;  // not escaped
   std::string kind;   // as page/*.js defines it: "job"
   // Members of the object that the page's program gets: protobuf's JSON with the field names of the schema
@@ -21,6 +21,6 @@ struct HtmlPage {
 
 // Its policy lets nothing run but the program, and loads nothing: pictures are part of the data. Characters
 // that are no UTF-8 are left out. The same bytes for the same arguments.
-std::string MakePage(const HtmlPage& page);
+std::string MakePage(const ReportPage& page);
 
 }  // namespace weft

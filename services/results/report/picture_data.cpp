@@ -1,14 +1,7 @@
 #include "services/results/report/picture_data.h"
 
-#include <algorithm>
-
-#include "base/status_macros.h"
-#include "services/results/report/frame_pictures.h"
-
 namespace weft {
 namespace {
-
-constexpr int kScaleStops = 16;
 
 const char* MeaningOf(VertexState state) {
   switch (state) {
@@ -43,6 +36,14 @@ void AddPictures(const std::vector<MeshPicture>& pictures,
   for (const MeshPicture& picture : pictures) *data.Add() = PictureData(picture);
 }
 
+std::vector<std::string> ScaleColors(const ScalarRange& range) {
+  constexpr int kStops = 16;
+  std::vector<std::string> colors;
+  for (int i = 0; i <= kStops; ++i)
+    colors.push_back(HexColor(ScalarColor(range.low + (range.high - range.low) * i / kStops, range)));
+  return colors;
+}
+
 v1::PageKey ScaleKey(const ScalarRange& range, const std::string& label, const std::string& unit,
                      bool bounded) {
   v1::PageKey key;
@@ -52,8 +53,7 @@ v1::PageKey ScaleKey(const ScalarRange& range, const std::string& label, const s
   scale.set_label(label);
   scale.set_unit(unit);
   scale.set_bounded(bounded);
-  for (int i = 0; i <= kScaleStops; ++i)
-    scale.add_colors(HexColor(ScalarColor(range.low + (range.high - range.low) * i / kScaleStops, range)));
+  for (const std::string& color : ScaleColors(range)) scale.add_colors(color);
   return key;
 }
 
@@ -65,22 +65,6 @@ v1::PageKey StateKey(const std::vector<VertexState>& states) {
     entry.set_meaning(MeaningOf(state));
   }
   return key;
-}
-
-absl::StatusOr<v1::PageMap> GarmentMapData(const TriangleMesh& mesh, const GarmentMap& map) {
-  // The middle of a diverging scale is nearly white; in deep shadow it would look like what has no value.
-  const bool is_around_zero = map.range.low < 0;
-  WEFT_ASSIGN_OR_RETURN(
-      const std::vector<MeshPicture> pictures,
-      DrawBothSides(mesh, ScalarColors(map.values, map.range), is_around_zero ? 0.25 : 0.6));
-  const bool is_bounded = std::ranges::none_of(map.values, [&](double value) {
-    return value > map.range.high || (is_around_zero && value < map.range.low);
-  });
-  v1::PageMap data;
-  data.set_title(map.title);
-  AddPictures(pictures, *data.mutable_pictures());
-  *data.mutable_key() = ScaleKey(map.range, map.label, map.unit, is_bounded);
-  return data;
 }
 
 }  // namespace weft

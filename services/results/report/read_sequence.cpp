@@ -9,6 +9,7 @@
 #include "services/formats/files/mesh_file.h"
 #include "services/results/report/html_text.h"
 #include "services/results/report/job_summary.h"
+#include "services/results/report/sequence_view.h"
 
 namespace weft {
 namespace {
@@ -50,63 +51,70 @@ SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh,
   return frame;
 }
 
-// Sorts the faces by garment, and counts them.
-std::vector<SequencePart> SortByGarment(const v1::MeshReport& report, DecimatedMesh& mesh) {
+// Sorts the faces by garment, which makes parts of them.
+void SortByGarment(const v1::MeshReport& report, DecimatedMesh& mesh,
+                   google::protobuf::RepeatedPtrField<v1::PageSequence::Part>& parts) {
   std::vector<int> end;  // of each garment's vertices in the whole mesh
-  for (const v1::GarmentReport& garment : report.garments())
+  for (const v1::GarmentReport& garment : report.garments()) {
     end.push_back((end.empty() ? 0 : end.back()) + garment.vertices());
+    parts.Add()->set_name(garment.id());
+  }
   const auto garment_of = [&](const Face& face) {
-    return std::ranges::upper_bound(end, mesh.vertices[face[0]]) - end.begin();
+    return static_cast<int>(std::ranges::upper_bound(end, mesh.vertices[face[0]]) - end.begin());
   };
   std::ranges::stable_sort(mesh.faces,
                            [&](const Face& a, const Face& b) { return garment_of(a) < garment_of(b); });
-  std::vector<SequencePart> parts;
-  for (const v1::GarmentReport& garment : report.garments()) parts.push_back({garment.id(), 0});
-  for (const Face& face : mesh.faces) {
-    const auto garment = static_cast<size_t>(garment_of(face));
-    if (garment < parts.size()) ++parts[garment].faces;
+  for (const Face& face : mesh.faces)
+    if (const int garment = garment_of(face); garment < parts.size())
+      parts[garment].set_faces(parts[garment].faces() + 1);
+}
+
+// The sequence as it is before its first frame, and which vertices of that frame's mesh it keeps.
+absl::StatusOr<std::vector<int>> BeginAt(const MeshOfFrame& first, const v1::MeshReport& report,
+                                         size_t frames, const std::vector<VertexValues>& values,
+                                         const ScalarRange& sigma_range_mm, v1::PageSequence& sequence) {
+  WEFT_ASSIGN_OR_RETURN(DecimatedMesh mesh,
+                        DecimateMesh(first.mesh, SequenceVertices(frames, 2 + values.size())));
+  WEFT_ASSIGN_OR_RETURN(const Viewpoint front,
+                        ViewpointOf(first.mesh.vertices_mm, MeshSide::kFront, -Eigen::Vector3d::UnitY()));
+  google::protobuf::RepeatedPtrField<v1::PageSequence::Part> parts;
+  SortByGarment(report, mesh, parts);
+  sequence = BeginSequence(mesh, front);
+  *sequence.mutable_parts() = std::move(parts);
+  *sequence.add_colorings() = ColoringByState();
+  *sequence.add_colorings() = ColoringByValue("sigma", "sigma", "mm", sigma_range_mm);
+  for (const VertexValues& more : values) {
+    *sequence.add_colorings() = ColoringByValue(more.name, more.label, more.unit, more.range);
+    sequence.mutable_colorings()->rbegin()->set_first_shown(more.is_first_shown);
   }
-  return parts;
+  return std::move(mesh.vertices);
 }
 
 }  // namespace
 
-std::optional<SequenceView> ReadSequence(const std::string& out_folder,
-                                         const std::vector<v1::FrameReport>& frames,
-                                         const ScalarRange& sigma_range_mm,
-                                         const std::vector<VertexValues>& values,
-                                         std::vector<std::string>& notes) {
-  std::vector<SequenceColoring> colorings = {ColoringByState(),
-                                             ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
-  for (const VertexValues& more : values) {
-    colorings.push_back(ColoringByValue(more.name, more.label, more.unit, more.range));
-    colorings.back().is_first_shown = more.is_first_shown;
-  }
+v1::PageSequence ReadSequence(const std::string& out_folder, const std::vector<v1::FrameReport>& frames,
+                              const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values,
+                              std::vector<std::string>& notes) {
   const std::vector<const v1::FrameReport*> all = FramesWithMesh(frames);
-  std::optional<SequenceView> sequence;
+  v1::PageSequence sequence;
+  std::vector<int> kept;
   size_t vertices = 0;
   for (const size_t i : SequenceFrames(all.size())) {
     const std::string path = FramePaths(out_folder, all[i]->frame()).Of(FrameFile::kMesh);
     const absl::StatusOr<MeshOfFrame> read = ReadMeshOfFrame(path);
     absl::Status status = read.status();
-    if (status.ok() && !sequence) {
-      absl::StatusOr<DecimatedMesh> fewer =
-          DecimateMesh(read->mesh, SequenceVertices(all.size(), colorings.size()));
-      const absl::StatusOr<Viewpoint> front =
-          ViewpointOf(read->mesh.vertices_mm, MeshSide::kFront, -Eigen::Vector3d::UnitY());
-      status.Update(fewer.status());
-      status.Update(front.status());
-      if (status.ok()) {
-        std::vector<SequencePart> parts = SortByGarment(all[i]->mesh(), *fewer);
-        sequence.emplace(*std::move(fewer), colorings, *front, 0).SetParts(std::move(parts));
-      }
+    if (status.ok() && kept.empty()) {
+      absl::StatusOr<std::vector<int>> chosen =
+          BeginAt(*read, all[i]->mesh(), all.size(), values, sigma_range_mm, sequence);
+      status = chosen.status();
+      if (chosen.ok()) kept = *std::move(chosen);
       vertices = read->mesh.vertices_mm.size();
     }
     if (status.ok() && read->mesh.vertices_mm.size() != vertices)
       status = absl::InvalidArgumentError(absl::StrCat(path, ": has ", read->mesh.vertices_mm.size(),
                                                        " vertices, the frames before it ", vertices));
     if (status.ok()) {
-      sequence->Add(FrameOf(*all[i], read->registered, sequence->kept(), sigma_range_mm, values));
+      AddFrame(FrameOf(*all[i], read->registered, kept, sigma_range_mm, values), sequence);
     } else {
       notes.push_back(
           absl::StrCat("Frame ", all[i]->frame(), " is missing in three dimensions: ", status.message()));

@@ -1,13 +1,12 @@
 // The meshes of a job's result, read for the view in three dimensions.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "services/results/report/job_report_parts.h"
 #include "services/results/report/mesh_colors.h"
-#include "services/results/report/sequence_view.h"
+#include "weft/v1/page.pb.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
@@ -15,11 +14,9 @@ namespace weft {
 // Meshes of `frames` (<out_folder>/<frame>/mesh.ply) that are registered or bridged, at most those of
 // SequenceFrames; one after another, so that memory holds one of them beside what the page keeps. Colourings:
 // state, sigma and `values`. Those that cannot be read, or have another number of vertices, are left out with
-// a line in `notes`. Empty where there is none.
-std::optional<SequenceView> ReadSequence(const std::string& out_folder,
-                                         const std::vector<v1::FrameReport>& frames,
-                                         const ScalarRange& sigma_range_mm,
-                                         const std::vector<VertexValues>& values,
-                                         std::vector<std::string>& notes);
+// a line in `notes`. Without frames where there is none.
+v1::PageSequence ReadSequence(const std::string& out_folder, const std::vector<v1::FrameReport>& frames,
+                              const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values,
+                              std::vector<std::string>& notes);
 
 }  // namespace weft

@@ -4,12 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "services/results/report/html_text.h"
 #include "services/results/report/picture_data.h"
-#include "services/results/report/picture_html.h"
-#include "services/results/report/sequence_script.h"
 
 namespace weft {
 namespace {
@@ -27,45 +22,34 @@ std::string BytesOf(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-std::string Numbers(const Eigen::Vector3d& v) {
-  return absl::StrFormat("%.9g %.9g %.9g", v.x(), v.y(), v.z());
-}
-
-std::string PaletteBytes(const std::array<Eigen::Vector3f, 256>& palette) {
-  std::vector<uint8_t> bytes;
-  for (const Eigen::Vector3f& color : palette)
-    for (const float c : color)
-      bytes.push_back(static_cast<uint8_t>(std::lround(255 * std::clamp(c, 0.0f, 1.0f))));
-  return BytesOf(bytes);
-}
-
-// As pages show it that are made in C++.
-std::string LegendHtml(const v1::PageKey& key) {
-  if (key.has_scale())
-    return ColorBar({key.scale().low(), key.scale().high()}, key.scale().label(), key.scale().unit());
-  std::string html = "<ul class=\"legend\">";
-  for (const v1::PageKey::Entry& entry : key.entries())
-    absl::StrAppend(&html, "<li><i style=\"background:", entry.color(), "\"></i>", entry.meaning(), "</li>");
-  return html + "</ul>";
+void AddColor(const Eigen::Vector3f& color, std::string& palette) {
+  for (const float c : color) palette += static_cast<char>(std::lround(255 * std::clamp(c, 0.0f, 1.0f)));
 }
 
 }  // namespace
 
-SequenceColoring ColoringByState() {
+v1::PageSequence::Coloring ColoringByState() {
   const std::vector<VertexState> states = {VertexState::kObserved, VertexState::kTwoView,
                                            VertexState::kInferred, VertexState::kBridged,
                                            VertexState::kDriven};
-  SequenceColoring coloring{"state", StateKey(states), {}, false};
-  coloring.palette.fill(UnknownColor());
-  for (const VertexState state : states) coloring.palette[static_cast<size_t>(state)] = StateColor(state);
+  v1::PageSequence::Coloring coloring;
+  coloring.set_name("state");
+  *coloring.mutable_key() = StateKey(states);
+  for (int i = 0; i <= kNoValue; ++i) {
+    const bool is_state = std::ranges::find(states, static_cast<VertexState>(i)) != states.end();
+    AddColor(is_state ? StateColor(static_cast<VertexState>(i)) : UnknownColor(),
+             *coloring.mutable_palette());
+  }
   return coloring;
 }
 
-SequenceColoring ColoringByValue(const std::string& name, const std::string& label, const std::string& unit,
-                                 const ScalarRange& range) {
-  SequenceColoring coloring{name, ScaleKey(range, label, unit), {}, false};
-  for (int i = 0; i < kNoValue; ++i) coloring.palette[i] = MapColor(i / 254.0);
-  coloring.palette[kNoValue] = UnknownColor();
+v1::PageSequence::Coloring ColoringByValue(const std::string& name, const std::string& label,
+                                           const std::string& unit, const ScalarRange& range) {
+  v1::PageSequence::Coloring coloring;
+  coloring.set_name(name);
+  *coloring.mutable_key() = ScaleKey(range, label, unit);
+  for (int i = 0; i < kNoValue; ++i) AddColor(MapColor(i / 254.0), *coloring.mutable_palette());
+  AddColor(UnknownColor(), *coloring.mutable_palette());
   return coloring;
 }
 
@@ -90,55 +74,19 @@ std::vector<size_t> SequenceFrames(size_t frames) {
   return shown;
 }
 
-PageProgram SequenceProgram(const SequenceView& sequence) { return {kSequenceScript, sequence.Data()}; }
-
-std::string SequenceView::FaceBytes() const {
+v1::PageSequence BeginSequence(const DecimatedMesh& mesh, const Viewpoint& viewpoint) {
+  v1::PageSequence sequence;
+  sequence.set_vertices(static_cast<int>(mesh.vertices.size()));
   std::vector<uint16_t> faces;
-  for (const Face& face : mesh_.faces)
+  for (const Face& face : mesh.faces)
     for (const int v : face) faces.push_back(static_cast<uint16_t>(v));
-  return BytesOf(faces);
+  sequence.set_faces(BytesOf(faces));
+  sequence.mutable_right()->Assign(viewpoint.right.begin(), viewpoint.right.end());
+  sequence.mutable_up()->Assign(viewpoint.up.begin(), viewpoint.up.end());
+  return sequence;
 }
 
-v1::PageSequence SequenceView::Take() && {
-  page_.set_vertices(static_cast<int>(mesh_.vertices.size()));
-  page_.set_faces(FaceBytes());
-  for (const SequenceColoring& coloring : colorings_) {
-    v1::PageSequence::Coloring& added = *page_.add_colorings();
-    added.set_name(coloring.name);
-    *added.mutable_key() = coloring.key;
-    added.set_palette(PaletteBytes(coloring.palette));
-    added.set_first_shown(coloring.is_first_shown);
-  }
-  for (const SequencePart& part : parts_) {
-    v1::PageSequence::Part& added = *page_.add_parts();
-    added.set_name(part.name);
-    added.set_faces(static_cast<int>(part.faces));
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    page_.add_right(viewpoint_.right[axis]);
-    page_.add_up(viewpoint_.up[axis]);
-  }
-  page_.set_fps(fps_);
-  return std::move(page_);
-}
-
-std::string SequenceView::Data() const {
-  std::string data = absl::StrCat("<script type=\"text/plain\" class=\"sequence-faces\">",
-                                  Base64(FaceBytes()), "</script>\n");
-  for (const v1::PageSequence::Frame& frame : page_.frames())
-    absl::StrAppend(&data, "<script type=\"text/plain\" class=\"sequence-frame\" data-name=\"",
-                    EscapeHtml(frame.name()), "\" data-note=\"", EscapeHtml(frame.note()),
-                    "\" data-center=\"",
-                    Numbers({frame.center_mm(0), frame.center_mm(1), frame.center_mm(2)}), "\" data-step=\"",
-                    absl::StrFormat("%.9g", frame.step_mm()), "\">", Base64(frame.bytes()), "</script>\n");
-  return data;
-}
-
-SequenceView::SequenceView(DecimatedMesh mesh, std::vector<SequenceColoring> colorings,
-                           const Viewpoint& viewpoint, double fps)
-    : mesh_(std::move(mesh)), colorings_(std::move(colorings)), viewpoint_(viewpoint), fps_(fps) {}
-
-void SequenceView::Add(const SequenceFrame& frame) {
+void AddFrame(const SequenceFrame& frame, v1::PageSequence& sequence) {
   if (frame.vertices_mm.empty()) return;
   Eigen::Vector3d low = frame.vertices_mm[0].cast<double>(), high = low, mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3f& p : frame.vertices_mm) {
@@ -151,62 +99,17 @@ void SequenceView::Add(const SequenceFrame& frame) {
   for (const Eigen::Vector3f& p : frame.vertices_mm) {
     const Eigen::Vector3d steps = (p.cast<double>() - low) / step;
     for (const double s : steps) positions.push_back(static_cast<uint16_t>(std::lround(s)));
-    page_.set_radius_mm(std::max(page_.radius_mm(), (p.cast<double>() - mean).norm()));
+    sequence.set_radius_mm(std::max(sequence.radius_mm(), (p.cast<double>() - mean).norm()));
   }
   std::string bytes = BytesOf(positions);
   for (const std::vector<uint8_t>& colors : frame.color_bytes) bytes += BytesOf(colors);
-  v1::PageSequence::Frame& added = *page_.add_frames();
+  v1::PageSequence::Frame& added = *sequence.add_frames();
   added.set_name(frame.name);
   added.set_note(frame.note);
   // The centre is told from the low corner, so that the page never needs large numbers.
   for (const double mm : Eigen::Vector3d(mean - low)) added.add_center_mm(mm);
   added.set_step_mm(step);
   added.set_bytes(std::move(bytes));
-  ++frames_;
-}
-
-std::string SequenceView::Section(const MeshPicture& still, const std::string& about) const {
-  if (frames_ == 0) return "";
-  std::string options, legends;
-  for (const SequenceColoring& coloring : colorings_) {
-    absl::StrAppend(&options, "<option", coloring.is_first_shown ? " selected" : "", " data-palette=\"",
-                    Base64(PaletteBytes(coloring.palette)), "\">", EscapeHtml(coloring.name), "</option>");
-    absl::StrAppend(&legends, "<div class=\"key\">", LegendHtml(coloring.key), "</div>\n");
-  }
-  std::string parts;
-  size_t first_face = 0;
-  for (const SequencePart& part : parts_) {
-    absl::StrAppend(&parts, "<option data-first=\"", first_face, "\" data-faces=\"", part.faces, "\">",
-                    EscapeHtml(part.name), "</option>");
-    first_face += part.faces;
-  }
-  if (!parts.empty())
-    parts = absl::StrCat("<label>Garments <select class=\"parts\"><option>all</option>", parts,
-                         "</select></label>");
-  const std::string head = absl::StrFormat(
-      "<div class=\"sequence\" data-vertices=\"%d\" data-right=\"%s\" data-up=\"%s\" data-radius=\"%.9g\" "
-      "data-fps=\"%g\">\n",
-      mesh_.vertices.size(), Numbers(viewpoint_.right), Numbers(viewpoint_.up), page_.radius_mm(), fps_);
-  const std::string controls = absl::StrFormat(
-      "<div class=\"controls\"><button type=\"button\">Play</button><label>Frame <input type=\"range\" "
-      "min=\"0\" max=\"%d\" value=\"0\"></label><output></output><label>Colours "
-      "<select class=\"colors\">%s<option>cloth</option></select></label>%s</div>\n",
-      frames_ - 1, options, parts);
-  const std::string picture =
-      still.bytes.empty()
-          ? ""
-          : absl::StrFormat(
-                "<figure class=\"still\"><img width=\"%d\" height=\"%d\" alt=\"the sequence\" "
-                "src=\"data:%s;base64,%s\"><figcaption>%s</figcaption></figure>\n",
-                still.width_px, still.height_px, still.type, Base64(still.bytes), EscapeHtml(still.title));
-  return weft::Section(
-      "sequence", "In three dimensions",
-      absl::StrCat(head, controls, legends,
-                   "<canvas tabindex=\"0\" role=\"img\" aria-label=\"the garment in three dimensions; arrow "
-                   "keys turn it, plus and minus zoom\"></canvas>\n",
-                   picture,
-                   "<p class=\"hint\">Drag to turn, with shift to move; wheel to zoom; double click ",
-                   "to return.</p>\n<p>", about, "</p>\n</div>\n"));
 }
 
 }  // namespace weft

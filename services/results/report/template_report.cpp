@@ -7,6 +7,7 @@
 #include "base/status_macros.h"
 #include "services/formats/files/parts_message.h"
 #include "services/results/report/frame_pictures.h"
+#include "services/results/report/garment_map.h"
 #include "services/results/report/mesh_colors.h"
 #include "services/results/report/page.h"
 #include "services/results/report/picture_data.h"

@@ -40,19 +40,5 @@ TEST(PictureData, PicturesKeepTheirBytes) {
   EXPECT_EQ(picture.width_px() * 10 + picture.height_px(), 43);
 }
 
-// Values beyond the range leave the scale open.
-TEST(PictureData, MapsSayWhetherTheirScaleIsBounded) {
-  const TriangleMesh mesh{{{0, 0, 0}, {100, 0, 0}, {0, 100, 1}}, {{0, 1, 2}}};
-  const GarmentMap map{"Vertex error", "error", "mm", {0, 1, 2}, {0, 2}};
-  const v1::PageMap data = GarmentMapData(mesh, map).value();
-  EXPECT_EQ(data.title(), "Vertex error");
-  ASSERT_EQ(data.pictures_size(), 2);
-  EXPECT_EQ(data.pictures(1).title(), "Back");
-  EXPECT_TRUE(data.key().scale().bounded());
-  GarmentMap beyond = map;
-  beyond.values[1] = 3;
-  EXPECT_FALSE(GarmentMapData(mesh, beyond).value().key().scale().bounded());
-}
-
 }  // namespace
 }  // namespace weft

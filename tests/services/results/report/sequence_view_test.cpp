@@ -3,36 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
-
-#include "absl/strings/escaping.h"
-#include "absl/strings/numbers.h"
-#include "absl/strings/str_split.h"
 
 namespace weft {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::Not;
-
-// What stands between two texts.
-std::string Between(const std::string& html, const std::string& begin, const std::string& end,
-                    size_t from = 0) {
-  const size_t at = html.find(begin, from);
-  EXPECT_NE(at, std::string::npos) << begin;
-  if (at == std::string::npos) return "";
-  const size_t start = at + begin.size();
-  return html.substr(start, html.find(end, start) - start);
-}
-
-std::vector<uint8_t> Unpacked(const std::string& base64) {
-  std::string bytes;
-  EXPECT_TRUE(absl::Base64Unescape(base64, &bytes));
-  return {bytes.begin(), bytes.end()};
-}
 
 SequenceFrame FrameOf(const std::string& name, float shift) {
   return {name,
@@ -41,78 +20,62 @@ SequenceFrame FrameOf(const std::string& name, float shift) {
           {{1, 0, 2}, {0, 254, 255}}};
 }
 
-SequenceView View() {
-  return {{{4, 7, 9}, {{0, 1, 2}}},
-          {ColoringByState(), ColoringByValue("sigma", "sigma", "mm", {0, 0.5})},
-          Viewpoint(),
-          30};
-}
+v1::PageSequence Triangle() { return BeginSequence({{4, 7, 9}, {{0, 1, 2}}}, Viewpoint()); }
 
 TEST(SequenceView, PositionsComeBackToSixteenBits) {
-  SequenceView view = View();
-  view.Add(FrameOf("0001", 0));
-  view.Add(FrameOf("0002", 41.7f));
-  const std::string html = view.Data();
-  const size_t second = html.find("data-name=\"0002\"");
-  double step = 0;
-  ASSERT_TRUE(absl::SimpleAtod(Between(html, "data-step=\"", "\"", second), &step));
-  EXPECT_NEAR(step, 500.5 / 65535, 1e-9);
-  const std::vector<uint8_t> bytes = Unpacked(Between(html, "\">", "</script>", second));
-  ASSERT_EQ(bytes.size(), 3u * 6 + 2 * 3);
+  v1::PageSequence sequence = Triangle();
+  AddFrame(FrameOf("0001", 0), sequence);
+  AddFrame(FrameOf("0002", 41.7f), sequence);
+  const v1::PageSequence::Frame& second = sequence.frames(1);
+  EXPECT_NEAR(second.step_mm(), 500.5 / 65535, 1e-9);
+  ASSERT_EQ(second.bytes().size(), 3u * 6 + 2 * 3);
   std::array<uint16_t, 9> words{};
-  std::memcpy(words.data(), bytes.data(), sizeof(words));
-  std::vector<double> center;
-  for (const auto text : absl::StrSplit(Between(html, "data-center=\"", "\"", second), ' ')) {
-    center.emplace_back();
-    ASSERT_TRUE(absl::SimpleAtod(text, &center.back()));
-  }
+  std::memcpy(words.data(), second.bytes().data(), sizeof(words));
   // Relative to the mean of the frame's vertices.
   const std::vector<Eigen::Vector3f> given = FrameOf("", 41.7f).vertices_mm;
   const Eigen::Vector3f mean = (given[0] + given[1] + given[2]) / 3;
   for (int v = 0; v < 3; ++v)
     for (int axis = 0; axis < 3; ++axis)
-      EXPECT_NEAR(words[3 * v + axis] * step - center[axis], (given[v] - mean)[axis], 0.5 * step + 1e-4);
-  EXPECT_THAT(std::vector<uint8_t>(bytes.begin() + 18, bytes.end()), ElementsAre(1, 0, 2, 0, 254, 255));
-}
-
-TEST(SequenceView, PartsCanBeShownAlone) {
-  SequenceView view({{4, 7, 9}, {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}}}, {ColoringByState()}, Viewpoint(), 30);
-  view.Add({"0001", "", FrameOf("", 0).vertices_mm, {{1, 0, 2}}});
-  EXPECT_THAT(view.Section({}, ""), Not(HasSubstr("class=\"parts\"")));
-  view.SetParts({{"skirt", 2}, {"shirt", 1}});
-  EXPECT_THAT(view.Section({}, ""),
-              HasSubstr("<select class=\"parts\"><option>all</option><option data-first=\"0\" "
-                        "data-faces=\"2\">skirt</option><option data-first=\"2\" data-faces=\"1\">shirt"));
+      EXPECT_NEAR(words[3 * v + axis] * second.step_mm() - second.center_mm(axis), (given[v] - mean)[axis],
+                  0.5 * second.step_mm() + 1e-4);
+  EXPECT_EQ(second.bytes().substr(18), std::string("\x01\x00\x02\x00\xfe\xff", 6));
 }
 
 TEST(SequenceView, FacesAndFramesAreTold) {
-  SequenceView view = View();
-  view.Add(FrameOf("0001", 0));
+  v1::PageSequence sequence = Triangle();
+  AddFrame(FrameOf("0001", 0), sequence);
   SequenceFrame bridged = FrameOf("<b>", 1);
   bridged.note = "bridged";
-  view.Add(bridged);
-  const std::string html = view.Section({"Frame 1", "png", 20, 10}, "3 of 10 vertices") + view.Data();
-  EXPECT_THAT(Unpacked(Between(html, "class=\"sequence-faces\">", "<")), ElementsAre(0, 0, 1, 0, 2, 0));
-  EXPECT_THAT(html, HasSubstr("max=\"1\""));
-  EXPECT_THAT(html, HasSubstr("data-vertices=\"3\""));
-  EXPECT_THAT(html, HasSubstr("data-name=\"&lt;b&gt;\" data-note=\"bridged\""));
-  EXPECT_THAT(html, HasSubstr("src=\"data:image/png;base64,cG5n\""));
-  EXPECT_THAT(html, HasSubstr("3 of 10 vertices"));
-  EXPECT_EQ(view.kept(), (std::vector<int>{4, 7, 9}));
-  EXPECT_EQ(View().Section({}, ""), "");
+  AddFrame(bridged, sequence);
+  AddFrame({}, sequence);
+  EXPECT_EQ(sequence.faces(), std::string("\x00\x00\x01\x00\x02\x00", 6));
+  EXPECT_EQ(sequence.vertices(), 3);
+  ASSERT_EQ(sequence.frames_size(), 2);
+  EXPECT_EQ(sequence.frames(1).name() + sequence.frames(1).note(), "<b>bridged");
+  EXPECT_GT(sequence.radius_mm(), 100);
+  EXPECT_THAT(sequence.up(), ElementsAre(0, -1, 0));
+}
+
+Eigen::Vector3f ColorAt(const v1::PageSequence::Coloring& coloring, uint8_t index) {
+  Eigen::Vector3f color;
+  for (int c = 0; c < 3; ++c)
+    color[c] = static_cast<float>(static_cast<uint8_t>(coloring.palette()[3 * index + c])) / 255;
+  return color;
 }
 
 TEST(SequenceView, PalettesAreTheColoursOfThePictures) {
-  EXPECT_EQ(ColoringByState().palette[1], StateColor(VertexState::kObserved));
-  EXPECT_EQ(ColoringByState().palette[3], StateColor(VertexState::kBridged));
-  EXPECT_EQ(ColoringByState().palette[4], StateColor(VertexState::kDriven));
-  const SequenceColoring sigma = ColoringByValue("sigma", "sigma", "mm", {0, 2});
-  for (const double value : {0.0, 0.7, 1.3, 2.0, 5.0}) {
-    const Eigen::Vector3f shown = sigma.palette[PaletteIndex(value, {0, 2})],
-                          drawn = ScalarColors({value}, {0, 2})[0];
-    EXPECT_LT((shown - drawn).norm(), 0.01) << value;
-  }
-  EXPECT_EQ(sigma.palette[PaletteIndex(std::numeric_limits<double>::quiet_NaN(), {0, 2})], UnknownColor());
+  const v1::PageSequence::Coloring states = ColoringByState();
+  ASSERT_EQ(states.palette().size(), 768u);
+  for (const VertexState state : {VertexState::kObserved, VertexState::kBridged, VertexState::kDriven})
+    EXPECT_LT((ColorAt(states, static_cast<uint8_t>(state)) - StateColor(state)).norm(), 0.01);
+  EXPECT_LT((ColorAt(states, 200) - UnknownColor()).norm(), 0.01);
+  const v1::PageSequence::Coloring sigma = ColoringByValue("sigma", "sigma", "mm", {0, 2});
+  ASSERT_EQ(sigma.palette().size(), 768u);
+  for (const double value : {0.0, 0.7, 1.3, 2.0, 5.0})
+    EXPECT_LT((ColorAt(sigma, PaletteIndex(value, {0, 2})) - ScalarColors({value}, {0, 2})[0]).norm(), 0.015)
+        << value;
+  const uint8_t none = PaletteIndex(std::numeric_limits<double>::quiet_NaN(), {0, 2});
+  EXPECT_LT((ColorAt(sigma, none) - UnknownColor()).norm(), 0.01);
 }
 
 TEST(SequenceView, LongTakesAreThinnedSoThatPagesOpenAtOnce) {
@@ -130,11 +93,6 @@ TEST(SequenceView, LongTakesAreThinnedSoThatPagesOpenAtOnce) {
       EXPECT_LT(4.0 / 3 * vertices * (6 + colorings) * std::min<size_t>(frames, 300), 25e6);
     }
   }
-}
-
-TEST(SequenceView, TheProgramLoadsNothingAndCannotEndItsOwnElement) {
-  for (const char* what : {"</script", "<!--", "http", "import", "fetch(", "eval(", "innerHTML"})
-    EXPECT_THAT(SequenceProgram(View()).script, Not(HasSubstr(what)));
 }
 
 }  // namespace

@@ -99,6 +99,22 @@ TEST_F(WriteReport, ShowsEveryMeshInThreeDimensions) {
   EXPECT_EQ(sequence.still().title(), "Frame 000000, colours: state");
 }
 
+TEST_F(WriteReport, GarmentsOfAJointTemplateArePartsOfTheSequence) {
+  v1::FrameReport frame = SampleFrame(0, 2);
+  for (const auto& [id, vertices] : {std::pair("skirt", 240), {"shirt", 336}}) {
+    v1::GarmentReport& garment = *frame.mutable_mesh()->add_garments();
+    garment.set_id(id);
+    garment.set_vertices(vertices);
+  }
+  WriteFrame(frame);
+  const v1::PageSequence sequence = Read(SampleJob({frame})).sequence();
+  ASSERT_EQ(sequence.parts_size(), 2);
+  EXPECT_EQ(sequence.parts(0).name(), "skirt");
+  EXPECT_GT(sequence.parts(0).faces(), 400);
+  EXPECT_EQ(sequence.parts(0).faces() + sequence.parts(1).faces(), 23 * 23 * 2);
+  EXPECT_EQ(sequence.faces().size(), 6u * 23 * 23 * 2);
+}
+
 TEST_F(WriteReport, IsThePageOfTheFolder) {
   const std::vector<v1::FrameReport> frames = SampleFrames(2, 2);
   for (const v1::FrameReport& frame : frames) WriteFrame(frame);
