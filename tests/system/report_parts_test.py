@@ -145,7 +145,7 @@ class Parts(ReportPages):
     def camera(self, **more):
         return json.dumps([{"camera": "<c>", "frames_seen": 1, "frames_missing": 0, "missing_reasons": [], "frames_moved": 0, "centers": "0",
                             "corners": "0", "patches_accepted": "0", "patches_rejected": [], "residual_px": "NaN", "frames_with_bias": 0,
-                            "bias_px": 0, "bias_significance": 0, "median_grey_levels": "NaN", **more}])
+                            "bias_x_px": 0, "bias_y_px": 0, "bias_significance": 0, "median_grey_levels": "NaN", **more}])
 
     def test_cameras(self):
         self.assertIsNone(self.html("cameraSection([])"))
@@ -156,7 +156,7 @@ class Parts(ReportPages):
         missing = self.camera(frames_seen=0, frames_missing=6, missing_reasons=[{"reason": r, "count": n} for r, n in (("dark", 3), ("gone", 1), ("x", 1), ("y", 1))])
         self.assertIn("<td>6 of 6</td><td><div>dark (3 frames)</div><div>gone</div><div>x</div><div>and 1 more</div></td>", self.html(f"cameraSection({missing})"))
         for significance, text in ((5, "<b>0.50 (5.0 σ)</b>"), (3, "0.50 (3.0 σ)")):
-            biased = self.camera(frames_with_bias=1, bias_px=0.5, bias_significance=significance)
+            biased = self.camera(frames_with_bias=1, bias_x_px=0.3, bias_y_px=0.4, bias_significance=significance)
             self.assertIn(f'<td class="number">{text}</td>', self.html(f"cameraSection({biased})"))
         reasons = [{"reason": reason, "count": 20} for reason in "abdef"]
         self.assertNotIn("other reasons", self.html(f"cameraSection({self.camera(patches_rejected=reasons)})"))

@@ -1,8 +1,6 @@
 #include "services/results/report/job_page.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -77,46 +75,7 @@ v1::FrameReport ShownFrame(const v1::FrameReport& frame) {
   return shown;
 }
 
-template <typename Count>
-void AddCounts(const std::map<std::string, Count>& counts,
-               google::protobuf::RepeatedPtrField<v1::ReasonCount>& added) {
-  std::vector<std::pair<std::string, Count>> sorted(counts.begin(), counts.end());
-  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return a.second > b.second; });
-  for (const auto& [reason, count] : sorted) {
-    v1::ReasonCount& entry = *added.Add();
-    entry.set_reason(reason);
-    entry.set_count(static_cast<int>(count));
-  }
-}
-
-void SetCamera(const CameraSummary& summary, v1::PageCamera& camera) {
-  camera.set_camera(summary.camera);
-  camera.set_frames_seen(summary.frames_seen);
-  camera.set_frames_missing(summary.frames_missing);
-  AddCounts(summary.missing_reasons, *camera.mutable_missing_reasons());
-  camera.set_frames_moved(summary.frames_moved);
-  camera.set_longest_move_ms(summary.longest_move_ms);
-  camera.set_centers(summary.centers);
-  camera.set_corners(summary.corners);
-  camera.set_patches_accepted(summary.patches_accepted);
-  AddCounts(summary.patches_rejected, *camera.mutable_patches_rejected());
-  camera.set_residual_px(summary.residual_px);
-  camera.set_frames_with_bias(summary.frames_with_bias);
-  camera.set_bias_px(std::hypot(summary.bias_x_px, summary.bias_y_px));
-  camera.set_bias_significance(summary.bias_significance);
-  camera.set_median_grey_levels(MedianOf(summary.grey_levels));
-}
-
-void AddGarments(const JobSummary& summary, v1::JobPage& page) {
-  for (const GarmentSummary& garment : summary.garments) {
-    v1::PageGarment& added = *page.add_garments();
-    added.set_id(garment.id);
-    added.set_vertices(garment.vertices);
-    added.set_coverage(garment.Coverage());
-    added.set_lowest_coverage(garment.lowest_coverage);
-    added.set_lowest_coverage_frame(garment.lowest_coverage_frame);
-    added.set_median_sigma_mm(MedianOf(garment.sigmas_mm));
-  }
+void AddOverlaps(const JobSummary& summary, v1::JobPage& page) {
   for (const auto& [pair, frames] : summary.overlaps) {
     v1::PageOverlap& overlap = *page.add_overlaps();
     overlap.set_inner(pair.first);
@@ -197,8 +156,9 @@ v1::JobPage JobPageOf(JobReportParts parts) {
   for (std::string& note : parts.notes) page.add_notes(std::move(note));
   SetFigures(summary, *page.mutable_figures());
   for (const v1::FrameReport& frame : parts.frames) *page.add_frames() = ShownFrame(frame);
-  for (const CameraSummary& camera : summary.cameras) SetCamera(camera, *page.add_cameras());
-  AddGarments(summary, page);
+  *page.mutable_cameras() = {summary.cameras.begin(), summary.cameras.end()};
+  *page.mutable_garments() = {summary.garments.begin(), summary.garments.end()};
+  AddOverlaps(summary, page);
   AddOptions(parts.job, page);
   AddAlgorithms(parts.frames, page);
   AddTake(parts.job, page);

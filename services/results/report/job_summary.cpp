@@ -43,67 +43,104 @@ v1::FrameCounts CountFrames(const std::vector<v1::FrameReport>& frames) {
   return counts;
 }
 
-void AddView(const v1::ViewReport& view, CameraSummary& camera) {
-  if (!view.missing_reason().empty()) {
-    ++camera.frames_missing;
-    ++camera.missing_reasons[view.missing_reason()];
-    return;
-  }
-  ++camera.frames_seen;
-  camera.frames_moved += view.has_moved_ms();
-  camera.longest_move_ms = std::max(camera.longest_move_ms, std::abs(view.moved_ms()));
-  camera.centers += view.centers();
-  camera.corners += view.corners();
-  if (view.grey_levels() > 0) camera.grey_levels.push_back(view.grey_levels());
-  camera.patches_accepted += view.patches_accepted();
-  for (const v1::ReasonCount& rejected : view.patches_rejected()) {
-    camera.patches_rejected[rejected.reason()] += rejected.count();
-  }
-  if (!view.has_bias()) return;
-  const double n = ++camera.frames_with_bias;
-  camera.bias_x_px += (view.bias().mean_x_px() - camera.bias_x_px) / n;
-  camera.bias_y_px += (view.bias().mean_y_px() - camera.bias_y_px) / n;
-  camera.bias_significance += (view.bias().significance() - camera.bias_significance) / n;
+using ReasonCounts = google::protobuf::RepeatedPtrField<v1::ReasonCount>;
+
+void CountReason(const std::string& reason, int count, ReasonCounts& counts) {
+  auto entry = std::ranges::find_if(counts, [&](const auto& other) { return other.reason() == reason; });
+  v1::ReasonCount& counted = entry == counts.end() ? *counts.Add() : *entry;
+  counted.set_reason(reason);
+  counted.set_count(counted.count() + count);
 }
 
-std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& frames) {
-  std::vector<CameraSummary> cameras;
+void SortByCount(ReasonCounts& counts) {
+  std::stable_sort(counts.pointer_begin(), counts.pointer_end(),
+                   [](const auto* a, const auto* b) { return a->count() > b->count(); });
+}
+
+void AddView(const v1::ViewReport& view, v1::PageCamera& camera) {
+  if (!view.missing_reason().empty()) {
+    camera.set_frames_missing(camera.frames_missing() + 1);
+    CountReason(view.missing_reason(), 1, *camera.mutable_missing_reasons());
+    return;
+  }
+  camera.set_frames_seen(camera.frames_seen() + 1);
+  camera.set_frames_moved(camera.frames_moved() + view.has_moved_ms());
+  camera.set_longest_move_ms(std::max(camera.longest_move_ms(), std::abs(view.moved_ms())));
+  camera.set_centers(camera.centers() + view.centers());
+  camera.set_corners(camera.corners() + view.corners());
+  camera.set_patches_accepted(camera.patches_accepted() + view.patches_accepted());
+  for (const v1::ReasonCount& rejected : view.patches_rejected())
+    CountReason(rejected.reason(), rejected.count(), *camera.mutable_patches_rejected());
+  if (!view.has_bias()) return;
+  const int n = camera.frames_with_bias() + 1;
+  const auto mean = [n](double of_others, double value) { return of_others + (value - of_others) / n; };
+  camera.set_frames_with_bias(n);
+  camera.set_bias_x_px(mean(camera.bias_x_px(), view.bias().mean_x_px()));
+  camera.set_bias_y_px(mean(camera.bias_y_px(), view.bias().mean_y_px()));
+  camera.set_bias_significance(mean(camera.bias_significance(), view.bias().significance()));
+}
+
+std::vector<v1::PageCamera> SummarizeCameras(const std::vector<v1::FrameReport>& frames) {
+  struct CameraSums {
+    double squares = 0, observations = 0;  // of the residuals
+    std::vector<double> grey_levels;
+  };
+  std::vector<v1::PageCamera> cameras;
+  std::vector<CameraSums> sums;
   std::map<std::string, size_t> index_of;
-  std::vector<double> squares, observations;  // [cameras], of the residuals
   for (const v1::FrameReport& frame : frames) {
     for (const v1::ViewReport& view : frame.views()) {
       const auto [entry, added] = index_of.try_emplace(view.camera(), cameras.size());
-      if (added) cameras.emplace_back().camera = view.camera();
+      if (added) cameras.emplace_back().set_camera(view.camera());
       AddView(view, cameras[entry->second]);
-      squares.resize(cameras.size()), observations.resize(cameras.size());
-      if (!view.has_bias()) continue;
-      squares[entry->second] += view.bias().observations() * view.bias().rms_px() * view.bias().rms_px();
-      observations[entry->second] += view.bias().observations();
+      sums.resize(cameras.size());
+      CameraSums& sum = sums[entry->second];
+      if (view.grey_levels() > 0) sum.grey_levels.push_back(view.grey_levels());
+      sum.squares += view.bias().observations() * view.bias().rms_px() * view.bias().rms_px();
+      sum.observations += view.bias().observations();
     }
   }
-  for (size_t c = 0; c < cameras.size(); ++c)
-    cameras[c].residual_px = observations[c] > 0 ? std::sqrt(squares[c] / observations[c]) : kNoNumber;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    SortByCount(*cameras[c].mutable_missing_reasons());
+    SortByCount(*cameras[c].mutable_patches_rejected());
+    cameras[c].set_residual_px(sums[c].observations > 0 ? std::sqrt(sums[c].squares / sums[c].observations)
+                                                        : kNoNumber);
+    cameras[c].set_median_grey_levels(MedianOf(std::move(sums[c].grey_levels)));
+  }
   return cameras;
 }
 
-std::vector<GarmentSummary> SummarizeGarments(const std::vector<v1::FrameReport>& frames) {
-  std::vector<GarmentSummary> garments;
+std::vector<v1::PageGarment> SummarizeGarments(const std::vector<v1::FrameReport>& frames) {
+  struct GarmentSums {
+    double observed = 0, observable = 0;
+    std::vector<double> sigmas_mm;  // medians of the frames
+  };
+  std::vector<v1::PageGarment> garments;
+  std::vector<GarmentSums> sums;
   for (const v1::FrameReport& frame : frames) {
     if (!IsRegistered(frame.state())) continue;
     for (const v1::GarmentReport& of_frame : frame.mesh().garments()) {
       auto garment =
-          std::ranges::find_if(garments, [&](const GarmentSummary& g) { return g.id == of_frame.id(); });
-      if (garment == garments.end())
-        garment = garments.insert(
-            garments.end(),
-            {.id = of_frame.id(), .vertices = of_frame.vertices(), .lowest_coverage = kNoNumber});
-      garment->observed += of_frame.observed();
-      garment->observable += of_frame.vertices_with_cell();
-      garment->sigmas_mm.push_back(of_frame.median_observed_sigma_mm());
-      if (garment->lowest_coverage <= of_frame.coverage()) continue;
-      garment->lowest_coverage = of_frame.coverage();
-      garment->lowest_coverage_frame = frame.frame();
+          std::ranges::find_if(garments, [&](const auto& other) { return other.id() == of_frame.id(); });
+      if (garment == garments.end()) {
+        garment = garments.insert(garments.end(), v1::PageGarment());
+        garment->set_id(of_frame.id());
+        garment->set_vertices(of_frame.vertices());
+        garment->set_lowest_coverage(kNoNumber);
+        sums.emplace_back();
+      }
+      GarmentSums& sum = sums[static_cast<size_t>(garment - garments.begin())];
+      sum.observed += of_frame.observed();
+      sum.observable += of_frame.vertices_with_cell();
+      sum.sigmas_mm.push_back(of_frame.median_observed_sigma_mm());
+      if (garment->lowest_coverage() <= of_frame.coverage()) continue;
+      garment->set_lowest_coverage(of_frame.coverage());
+      garment->set_lowest_coverage_frame(frame.frame());
     }
+  }
+  for (size_t g = 0; g < garments.size(); ++g) {
+    garments[g].set_coverage(sums[g].observable > 0 ? sums[g].observed / sums[g].observable : 0);
+    garments[g].set_median_sigma_mm(MedianOf(std::move(sums[g].sigmas_mm)));
   }
   return garments;
 }
@@ -192,27 +229,28 @@ std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary) {
   constexpr double kSignificant = 4, kNotablePx = 0.2;
   // One wrong camera pulls the others along, by the share that it has in the points.
   constexpr double kShareOfWorst = 0.5;
-  std::vector<const CameraSummary*> off;
-  const auto length_px = [](const CameraSummary* c) { return std::hypot(c->bias_x_px, c->bias_y_px); };
+  std::vector<const v1::PageCamera*> off;
+  const auto length_px = [](const v1::PageCamera* c) { return std::hypot(c->bias_x_px(), c->bias_y_px()); };
   // Of what most cameras have, and at least. A camera that is a frame late has ten times as much on a take of
   // twelve cameras of 300 x 400 px. Right takes: see the last line of `accuracy_cameras`.
   constexpr double kNotableMedians = 5, kNotableMedianPx = 0.3;
   std::set<std::string> apart, told;
   for (const CameraStanding& camera : summary.facts.cameras)
     if (IsApart(camera)) apart.insert(camera.camera);
-  for (const CameraSummary& camera : summary.cameras) {
-    if (apart.contains(camera.camera)) continue;
-    if (camera.bias_significance > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
+  for (const v1::PageCamera& camera : summary.cameras) {
+    if (apart.contains(camera.camera())) continue;
+    if (camera.bias_significance() > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
   }
   std::ranges::stable_sort(off, [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
   std::vector<CameraAlarm> alarms;
-  for (const CameraSummary* camera : off) {
+  for (const v1::PageCamera* camera : off) {
     if (length_px(camera) < kShareOfWorst * length_px(off[0])) break;
-    told.insert(camera->camera);
+    told.insert(camera->camera());
     const std::string text = absl::StrFormat(
         "Camera %s moved, or its calibration is off: it sees the cloth %.2f px (right %.2f, down %.2f; %.0f "
         "sigmas) from where the others see it; correct the rig with weft rig refine, or calibrate again.",
-        camera->camera, length_px(camera), camera->bias_x_px, camera->bias_y_px, camera->bias_significance);
+        camera->camera(), length_px(camera), camera->bias_x_px(), camera->bias_y_px(),
+        camera->bias_significance());
     alarms.push_back({text, "Correct the rig with `weft rig refine`, or calibrate again."});
   }
   // One that moved around the cloth, or whose images are late, may see it beside its place everywhere and
@@ -283,9 +321,9 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
   if (!summary.garments.empty() && !summary.is_driven)
     remarks.push_back(absl::StrCat("Of the garments' cells were observed: ",
                                    absl::StrJoin(summary.garments, ", ",
-                                                 [](std::string* out, const GarmentSummary& garment) {
-                                                   absl::StrAppend(out, garment.id, " ",
-                                                                   FormatPercent(garment.Coverage()));
+                                                 [](std::string* out, const v1::PageGarment& garment) {
+                                                   absl::StrAppend(out, garment.id(), " ",
+                                                                   FormatPercent(garment.coverage()));
                                                  }),
                                    "."));
   int explained = 0;

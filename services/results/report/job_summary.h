@@ -9,6 +9,7 @@
 
 #include "services/formats/verdict/camera_checks.h"
 #include "weft/v1/job.pb.h"
+#include "weft/v1/page_job.pb.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
@@ -17,44 +18,6 @@ bool IsRegistered(v1::FrameState state);  // done or degraded
 
 // NaN where there are no finite values.
 double MedianOf(std::vector<double> values);
-
-// One camera over all frames.
-struct CameraSummary {
-  std::string camera;
-  int frames_seen = 0;
-  int frames_missing = 0;
-  std::map<std::string, int> missing_reasons;  // frames by reason
-  // Frames whose observations were moved to their moment, and the longest way.
-  int frames_moved = 0;
-  double longest_move_ms = 0;
-  int64_t centers = 0;
-  int64_t corners = 0;
-  std::vector<double> grey_levels;  // that the print spans, of frames with cells
-  int64_t patches_accepted = 0;
-  std::map<std::string, int64_t> patches_rejected;  // by reason
-  // Where the camera sees nodes, minus where all others say that they are; means over the frames.
-  int frames_with_bias = 0;
-  double bias_x_px = 0;
-  double bias_y_px = 0;
-  double bias_significance = 0;
-  // RMS distance of its observations to the points as all other cameras see them; NaN where none was
-  // measured.
-  double residual_px = 0;
-};
-
-// One garment of a joint template over the registered frames.
-struct GarmentSummary {
-  std::string id;
-  int vertices = 0;
-  int64_t observed = 0, observable = 0;
-  std::vector<double> sigmas_mm;  // medians of the frames
-  double lowest_coverage = 0;
-  std::string lowest_coverage_frame;
-
-  double Coverage() const {
-    return observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : 0;
-  }
-};
 
 struct JobSummary {
   v1::FrameCounts counts;  // of the job; counted from the frames where the job has none
@@ -73,9 +36,9 @@ struct JobSummary {
   double peak_memory_mib = 0;
   double wall_ms = 0;  // of the job, NaN while it runs
   // In order of first appearance.
-  std::vector<CameraSummary> cameras;
-  CameraFacts facts;                     // what tells whether these are the cameras of the recording
-  std::vector<GarmentSummary> garments;  // in the order of the joint template; else empty
+  std::vector<v1::PageCamera> cameras;
+  CameraFacts facts;                      // what tells whether these are the cameras of the recording
+  std::vector<v1::PageGarment> garments;  // in the order of the joint template; else empty
   // Frames by the inner and the outer garment.
   std::map<std::pair<std::string, std::string>, int> overlaps;
   std::vector<std::pair<std::string, int>> failure_reasons;  // frames by reason, most frequent first

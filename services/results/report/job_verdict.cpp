@@ -103,9 +103,9 @@ void AssessInputs(const Totals& sum, const CameraFacts& facts, v1::Verdict& verd
 
 void AssessExposure(const JobSummary& summary, v1::Verdict& verdict) {
   std::vector<PrintContrast> cameras;
-  for (const CameraSummary& camera : summary.cameras)
-    if (!camera.grey_levels.empty())
-      cameras.push_back({absl::StrCat("camera ", camera.camera), MedianOf(camera.grey_levels)});
+  for (const v1::PageCamera& camera : summary.cameras)
+    if (std::isfinite(camera.median_grey_levels()))
+      cameras.push_back({absl::StrCat("camera ", camera.camera()), camera.median_grey_levels()});
   AddGreyLevelsCheck(verdict, cameras);
 }
 

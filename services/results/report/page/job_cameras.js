@@ -49,8 +49,9 @@ function movedCameras(cameras) {
 }
 
 /** How far the camera sees nodes from where the others do; marked where it is hardly chance. @param {Camera} camera */
-function biasCell({ frames_with_bias, bias_px, bias_significance }) {
+function biasCell({ frames_with_bias, bias_x_px, bias_y_px, bias_significance }) {
   if (frames_with_bias === 0) return cell(DASH, NaN);
+  const bias_px = Math.hypot(bias_x_px, bias_y_px);
   const text = `${formatNumber(bias_px, 2)} (${formatNumber(bias_significance, 1)} σ)`;
   return cell(bias_significance > SIGNIFICANT_BIAS && bias_px > NOTABLE_BIAS_PX ? el("b", text) : text, bias_px);
 }

@@ -39,11 +39,11 @@ v1::FrameReport FrameWithBias(int observations, double mean_x_px, double rms_px)
   return frame;
 }
 
-CameraSummary BiasedCamera(const std::string& name, double x_px, double significance) {
-  CameraSummary camera;
-  camera.camera = name;
-  camera.bias_x_px = x_px;
-  camera.bias_significance = significance;
+v1::PageCamera BiasedCamera(const std::string& name, double x_px, double significance) {
+  v1::PageCamera camera;
+  camera.set_camera(name);
+  camera.set_bias_x_px(x_px);
+  camera.set_bias_significance(significance);
   return camera;
 }
 
@@ -75,9 +75,9 @@ TEST(JobSummary, CountsOfTheJobAreTakenWhereItHasThem) {
 TEST(JobSummary, ResidualsArePooledByObservations) {
   const JobSummary summary = Summarize({}, {FrameWithBias(1, 0.2, 1), FrameWithBias(3, 0.4, 3)});
   ASSERT_EQ(summary.cameras.size(), 1u);
-  EXPECT_DOUBLE_EQ(summary.cameras[0].residual_px, std::sqrt(7.0));
-  EXPECT_DOUBLE_EQ(summary.cameras[0].bias_x_px, 0.3);
-  EXPECT_EQ(summary.cameras[0].frames_with_bias, 2);
+  EXPECT_DOUBLE_EQ(summary.cameras[0].residual_px(), std::sqrt(7.0));
+  EXPECT_DOUBLE_EQ(summary.cameras[0].bias_x_px(), 0.3);
+  EXPECT_EQ(summary.cameras[0].frames_with_bias(), 2);
 }
 
 TEST(JobSummary, FrequentReasonsComeFirst) {

@@ -65,8 +65,8 @@ TEST(OverlaidPlot, PercentagesNeedNotEndAtAHundred) {
 
 TEST(OverlaidPlot, AxesStartAtZeroOnlyWhereAsked) {
   const std::vector<PlotSeries> series = {{"A", {10, 14}}};
-  EXPECT_THAT(OverlaidPlotSvg(Frames(2), series, {}), HasSubstr(">0</text>"));
-  EXPECT_THAT(OverlaidPlotSvg(Frames(2), series, {.from_zero = false}), Not(HasSubstr(">0</text>")));
+  EXPECT_THAT(OverlaidPlotSvg(Frames(2), series, {}), HasSubstr("\"end\">0</text>"));
+  EXPECT_THAT(OverlaidPlotSvg(Frames(2), series, {.from_zero = false}), Not(HasSubstr("\"end\">0</text>")));
   EXPECT_THAT(OverlaidPlotSvg(Frames(1), {{"A", {std::nan("")}}}, {}), HasSubstr(">0.25</text>"));
 }
 
