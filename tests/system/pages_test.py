@@ -97,7 +97,7 @@ class Calibration(Page):
         self.assertEqual(self.texts("h2"), ["Why it is refused", "Corners in each camera", "Cameras that see the same boards", "Cameras"])
 
 
-class TakePages(StudioTest, Page):
+class TakePages(Page, StudioTest):
     def test_rig_plan_draws_its_cameras_with_names_and_to_scale(self):
         plan = self.path("plan")
         done = weft("rig", "plan", "--rig", f"{self.take}/rig.json", "--template", f"{self.take}/template", "--out", plan,
@@ -138,7 +138,7 @@ class TakePages(StudioTest, Page):
         self.assertLessEqual({"template.scale", "template.strain"}, {check["id"] for check in told["verdict"]["checks"]})
 
 
-class ResultPages(StudioTest, Page):
+class ResultPages(Page, StudioTest):
     def register(self, out, *more):
         weft("register", self.take, "--rig", f"{self.take}/rig.json", "--board", f"{self.take}/board.json", "--template", f"{self.take}/template",
              "--observations", "--out", out, *more, check=0)

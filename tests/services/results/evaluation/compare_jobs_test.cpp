@@ -16,6 +16,7 @@
 #include "services/results/evaluation/comparison_report.h"
 #include "services/results/evaluation/comparison_sequence.h"
 #include "services/results/evaluation/comparison_text.h"
+#include "services/results/report/sequence_view.h"
 #include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/results/report/page_data.h"
