@@ -105,6 +105,7 @@ class Jobs(ReportPages):
         self.assertEqual(self.count(".lost"), 4)
         self.assertEqual(self.text("#frames summary"), "All 3,000 frames")
         self.browser.css("#frames summary", "click")
+        self.browser.css("#frames details tbody tr:nth-child(3000)", "waitFor")
         self.assertEqual(len(self.rows("#frames details")), 3000)
         self.assertLess(os.path.getsize(f"{self.folder}/thousands.html"), 6 << 20)
 
