@@ -9,9 +9,11 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <thread>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/tools/client/registration_client.h"
 
@@ -50,53 +52,53 @@ grpc::Status CallWhenAdmitted(Call call, std::chrono::milliseconds patience = st
   }
 }
 
-// Calls `call(context, &answer)`, and again while no daemon answers: only for calls that may be made twice.
-// Errors of RegistrationClient.
-template <typename Answer, typename Call>
-absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Call call,
-                                  std::chrono::milliseconds patience = std::chrono::seconds(60)) {
-  for (Pauses pauses;;) {
-    Answer answer;
-    const grpc::Status status = CallWhenAdmitted([&] {
-      grpc::ClientContext context;
-      context.set_deadline(std::chrono::system_clock::now() + patience);
-      return call(&context, &answer);
-    });
-    if (status.ok()) return answer;
-    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || !pauses.Next())
-      return connection.Explain(status);
-  }
+// A request whose first field says of what it is: an id, or a lease.
+template <typename Request>
+Request RequestNaming(const std::string& id) {
+  Request request;
+  request.GetReflection()->SetString(&request, Request::descriptor()->FindFieldByNumber(1), id);
+  return request;
 }
 
 // A unary method of a service's stub.
 template <typename Stub, typename Request, typename Answer>
 using DaemonMethod = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Answer*);
 
-// The same of one method and its request.
+// Calls the method once, of what may not be done twice: a busy daemon alone is asked again, since it did
+// nothing.
 template <typename Stub, typename Request, typename Answer>
-absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Stub& stub,
-                                  DaemonMethod<Stub, Request, Answer> method, const Request& request,
-                                  std::chrono::milliseconds patience = std::chrono::seconds(60)) {
-  return CallDaemon<Answer>(
-      connection,
-      [&](grpc::ClientContext* context, Answer* answer) { return (stub.*method)(context, request, answer); },
-      patience);
+grpc::Status CallMethod(Stub& stub, DaemonMethod<Stub, Request, Answer> method, const Request& request,
+                        std::chrono::milliseconds patience, Answer* answer) {
+  return CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return (stub.*method)(&context, request, answer);
+  });
 }
 
-// The same, but once, of what may not be done twice: a busy daemon alone is asked again, since it did
-// nothing.
+// The same with errors of RegistrationClient.
 template <typename Stub, typename Request, typename Answer>
 absl::StatusOr<Answer> CallDaemonOnce(const RegistrationClient& connection, Stub& stub,
                                       DaemonMethod<Stub, Request, Answer> method, const Request& request,
                                       std::chrono::milliseconds patience) {
   Answer answer;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + patience);
-    return (stub.*method)(&context, request, &answer);
-  });
+  const grpc::Status status = CallMethod(stub, method, request, patience, &answer);
   if (!status.ok()) return connection.Explain(status);
   return answer;
+}
+
+// The same, and again while no daemon answers: only for calls that may be made twice.
+template <typename Stub, typename Request, typename Answer>
+absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Stub& stub,
+                                  DaemonMethod<Stub, Request, Answer> method, const Request& request,
+                                  std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  for (Pauses pauses;;) {
+    Answer answer;
+    const grpc::Status status = CallMethod(stub, method, request, patience, &answer);
+    if (status.ok()) return answer;
+    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || !pauses.Next())
+      return connection.Explain(status);
+  }
 }
 
 // Reads a stream of messages to its end, with `update` of each. `stop` ends it.
@@ -115,36 +117,40 @@ grpc::Status ReadStream(Stub& stub,
   });
 }
 
-// The pages of a list as one answer: the first `most` entries, or all where it is 0. `count` tells how many
-// an answer has. Errors of CallDaemon.
-template <typename Answer, typename Request, typename Call, typename Count>
-absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Request request, int most,
-                                    Call call, Count count) {
-  Answer all;
-  while (true) {
-    request.set_limit(most == 0 ? 0 : most - count(all));
-    WEFT_ASSIGN_OR_RETURN(const Answer page,
-                          CallDaemon<Answer>(connection, [&](grpc::ClientContext* context, Answer* answer) {
-                            return call(context, request, answer);
-                          }));
-    all.MergeFrom(page);
-    all.set_next_page_token(page.next_page_token());
-    if (page.next_page_token().empty() || (most != 0 && count(all) >= most)) return all;
-    request.set_page_token(page.next_page_token());
-  }
+// The last of a stream's messages, of which `update`, if any, is called with each. Cancelled, "stopped
+// watching; WHAT goes on at SERVER": `stop` was requested.
+template <typename Message, typename Stub, typename Request>
+absl::StatusOr<Message> WatchToEnd(
+    const RegistrationClient& connection, Stub& stub,
+    std::unique_ptr<grpc::ClientReader<Message>> (Stub::*method)(grpc::ClientContext*, const Request&),
+    const Request& request, const std::stop_token& stop, const std::function<void(const Message&)>& update,
+    const std::string& what) {
+  Message last;
+  const std::function<void(const Message&)> keep = [&](const Message& now) {
+    last = now;
+    if (update) update(now);
+  };
+  const grpc::Status status = ReadStream(stub, method, request, stop, keep);
+  if (status.ok()) return last;
+  if (!stop.stop_requested()) return connection.Explain(status);
+  return absl::CancelledError(absl::StrCat("stopped watching; ", what, " goes on at ", connection.server()));
 }
 
-// The same of a method; `count` is of the answer: &v1::ListTakesResponse::takes_size.
+// The pages of a list as one answer: the first `most` entries, or all where it is 0. `count` tells how many
+// an answer has: &v1::ListTakesResponse::takes_size. Errors of CallDaemon.
 template <typename Stub, typename Request, typename Answer>
 absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Stub& stub,
-                                    DaemonMethod<Stub, Request, Answer> method, const Request& request,
-                                    int most, int (Answer::*count)() const) {
-  return CallForPages<Answer>(
-      connection, request, most,
-      [&](grpc::ClientContext* context, const Request& asked, Answer* answer) {
-        return (stub.*method)(context, asked, answer);
-      },
-      [count](const Answer& answer) { return (answer.*count)(); });
+                                    DaemonMethod<Stub, Request, Answer> method, Request request, int most,
+                                    int (Answer::*count)() const) {
+  Answer all;
+  while (true) {
+    request.set_limit(most == 0 ? 0 : most - (all.*count)());
+    WEFT_ASSIGN_OR_RETURN(const Answer page, CallDaemon(connection, stub, method, request));
+    all.MergeFrom(page);
+    all.set_next_page_token(page.next_page_token());
+    if (page.next_page_token().empty() || (most != 0 && (all.*count)() >= most)) return all;
+    request.set_page_token(page.next_page_token());
+  }
 }
 
 }  // namespace weft

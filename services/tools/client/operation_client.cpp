@@ -27,71 +27,38 @@ bool StaysBelow(const fs::path& path) {
 }  // namespace
 
 absl::StatusOr<v1::Operation> OperationClient::Start(const v1::StartOperationRequest& request) {
-  return CallDaemon<v1::Operation>(connection_, [&](grpc::ClientContext* context, v1::Operation* operation) {
-    return stub_->StartOperation(context, request, operation);
-  });
+  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::StartOperation, request);
 }
 
 absl::StatusOr<v1::ListOperationsResponse> OperationClient::List(int limit) {
-  return CallForPages<v1::ListOperationsResponse>(
-      connection_, v1::ListOperationsRequest(), limit,
-      [&](grpc::ClientContext* context, const v1::ListOperationsRequest& request,
-          v1::ListOperationsResponse* response) { return stub_->ListOperations(context, request, response); },
-      [](const v1::ListOperationsResponse& response) { return response.operations_size(); });
+  return CallForPages(connection_, *stub_, &v1::Operations::Stub::ListOperations, v1::ListOperationsRequest(),
+                      limit, &v1::ListOperationsResponse::operations_size);
 }
 
 absl::StatusOr<v1::Operation> OperationClient::Delete(const std::string& id) {
-  v1::DeleteOperationRequest request;
-  request.set_operation_id(id);
-  return CallDaemon<v1::Operation>(connection_, [&](grpc::ClientContext* context, v1::Operation* operation) {
-    return stub_->DeleteOperation(context, request, operation);
-  });
+  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::DeleteOperation,
+                    RequestNaming<v1::DeleteOperationRequest>(id));
 }
 
 absl::StatusOr<v1::Operation> OperationClient::Cancel(const std::string& id) {
-  v1::CancelOperationRequest request;
-  request.set_operation_id(id);
-  return CallDaemon<v1::Operation>(connection_, [&](grpc::ClientContext* context, v1::Operation* operation) {
-    return stub_->CancelOperation(context, request, operation);
-  });
+  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::CancelOperation,
+                    RequestNaming<v1::CancelOperationRequest>(id));
 }
 
 absl::StatusOr<v1::Operation> OperationClient::Watch(const std::string& id,
                                                      const std::function<void(const v1::Operation&)>& update,
                                                      std::stop_token stop) {
-  v1::WatchOperationRequest request;
-  request.set_operation_id(id);
-  v1::Operation operation;
-  const grpc::Status status = CallWhenAdmitted([&] {
-    grpc::ClientContext context;
-    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
-    const auto stream = stub_->WatchOperation(&context, request);
-    while (stream->Read(&operation)) {
-      if (update) update(operation);
-    }
-    return stream->Finish();
-  });
-  if (status.ok()) return operation;
-  if (stop.stop_requested()) {
-    return absl::CancelledError(
-        absl::StrCat("stopped watching; operation ", id, " goes on at ", connection_.server()));
-  }
-  return connection_.Explain(status);
+  return WatchToEnd(connection_, *stub_, &v1::Operations::Stub::WatchOperation,
+                    RequestNaming<v1::WatchOperationRequest>(id), stop, update,
+                    absl::StrCat("operation ", id));
 }
 
 absl::Status OperationClient::FetchFiles(const std::string& id, const std::string& folder,
                                          const std::function<void(size_t done, size_t total)>& progress) {
-  v1::ListOperationFilesRequest of_operation;
-  of_operation.set_operation_id(id);
-  WEFT_ASSIGN_OR_RETURN(
-      const auto list,
-      CallForPages<v1::ListOperationFilesResponse>(
-          connection_, of_operation, 0,
-          [&](grpc::ClientContext* context, const v1::ListOperationFilesRequest& request,
-              v1::ListOperationFilesResponse* response) {
-            return stub_->ListOperationFiles(context, request, response);
-          },
-          [](const v1::ListOperationFilesResponse& response) { return response.files_size(); }));
+  WEFT_ASSIGN_OR_RETURN(const auto list,
+                        CallForPages(connection_, *stub_, &v1::Operations::Stub::ListOperationFiles,
+                                     RequestNaming<v1::ListOperationFilesRequest>(id), 0,
+                                     &v1::ListOperationFilesResponse::files_size));
   size_t done = 0;
   for (const v1::OperationFile& file : list.files()) {
     if (!StaysBelow(file.path())) {

@@ -60,9 +60,7 @@ absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& r
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
-  v1::GetJobRequest request;
-  request.set_job_id(job_id);
-  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::GetJob, request);
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::GetJob, RequestNaming<v1::GetJobRequest>(job_id));
 }
 
 absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
@@ -74,37 +72,30 @@ absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
-  v1::ListFramesRequest request;
-  request.set_job_id(job_id);
-  WEFT_ASSIGN_OR_RETURN(const auto response, CallForPages(*this, *stub_, &v1::Jobs::Stub::ListFrames, request,
-                                                          0, &v1::ListFramesResponse::frames_size));
+  WEFT_ASSIGN_OR_RETURN(const auto response, CallForPages(*this, *stub_, &v1::Jobs::Stub::ListFrames,
+                                                          RequestNaming<v1::ListFramesRequest>(job_id), 0,
+                                                          &v1::ListFramesResponse::frames_size));
   return std::vector<v1::FrameInfo>(response.frames().begin(), response.frames().end());
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
-  v1::CancelJobRequest request;
-  request.set_job_id(job_id);
-  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::CancelJob, request);
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::CancelJob, RequestNaming<v1::CancelJobRequest>(job_id));
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
-  v1::RetryJobRequest request;
-  request.set_job_id(job_id);
-  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::RetryJob, request);
+  return CallDaemon(*this, *stub_, &v1::Jobs::Stub::RetryJob, RequestNaming<v1::RetryJobRequest>(job_id));
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
                                                   const std::function<void(const v1::JobUpdate&)>& update,
                                                   std::stop_token stop) {
-  v1::WatchJobRequest request;
-  request.set_job_id(job_id);
   v1::Job last;
   const auto keep = [&](const v1::JobUpdate& now) {
     last = now.job();
     if (update) update(now);
   };
-  const grpc::Status status =
-      ReadStream<v1::JobUpdate>(*stub_, &v1::Jobs::Stub::WatchJob, request, stop, keep);
+  const grpc::Status status = ReadStream<v1::JobUpdate>(
+      *stub_, &v1::Jobs::Stub::WatchJob, RequestNaming<v1::WatchJobRequest>(job_id), stop, keep);
   if (status.ok()) return last;
   if (stop.stop_requested()) {
     return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " continues at ", server_));

@@ -15,15 +15,13 @@ absl::StatusOr<v1::CaptureSession> SessionClient::Open(const v1::OpenSessionRequ
 }
 
 absl::StatusOr<v1::CaptureSession> SessionClient::Renew(const std::string& lease) {
-  v1::RenewSessionRequest request;
-  request.set_lease(lease);
-  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::RenewSession, request);
+  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::RenewSession,
+                    RequestNaming<v1::RenewSessionRequest>(lease));
 }
 
 absl::StatusOr<v1::CaptureSession> SessionClient::Close(const std::string& lease) {
-  v1::CloseSessionRequest request;
-  request.set_lease(lease);
-  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::CloseSession, request);
+  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::CloseSession,
+                    RequestNaming<v1::CloseSessionRequest>(lease));
 }
 
 absl::StatusOr<v1::ListSessionsResponse> SessionClient::List(int limit) {

@@ -11,9 +11,7 @@ absl::StatusOr<v1::RecordedTake> TakeClient::Start(const v1::StartTakeRequest& r
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Stop(const std::string& id) {
-  v1::StopTakeRequest request;
-  request.set_take_id(id);
-  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::StopTake, request);
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::StopTake, RequestNaming<v1::StopTakeRequest>(id));
 }
 
 absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash, const std::string& words) {
@@ -37,41 +35,25 @@ absl::StatusOr<v1::RecordedTake> TakeClient::Pin(const std::string& id, bool pin
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Delete(const std::string& id) {
-  v1::DeleteTakeRequest request;
-  request.set_take_id(id);
-  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::DeleteTake, request);
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::DeleteTake,
+                    RequestNaming<v1::DeleteTakeRequest>(id));
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Restore(const std::string& id) {
-  v1::RestoreTakeRequest request;
-  request.set_take_id(id);
-  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::RestoreTake, request);
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::RestoreTake,
+                    RequestNaming<v1::RestoreTakeRequest>(id));
 }
 
 absl::StatusOr<v1::EmptyTrashResponse> TakeClient::EmptyTrash(const std::string& id) {
-  v1::EmptyTrashRequest request;
-  request.set_take_id(id);
-  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::EmptyTrash, request);
+  return CallDaemon(connection_, *stub_, &v1::Takes::Stub::EmptyTrash,
+                    RequestNaming<v1::EmptyTrashRequest>(id));
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Watch(const std::string& id,
                                                    const std::function<void(const v1::RecordedTake&)>& update,
                                                    std::stop_token stop) {
-  v1::WatchTakeRequest request;
-  request.set_take_id(id);
-  v1::RecordedTake take;
-  const auto keep = [&](const v1::RecordedTake& now) {
-    take = now;
-    if (update) update(now);
-  };
-  const grpc::Status status =
-      ReadStream<v1::RecordedTake>(*stub_, &v1::Takes::Stub::WatchTake, request, stop, keep);
-  if (status.ok()) return take;
-  if (stop.stop_requested()) {
-    return absl::CancelledError(
-        absl::StrCat("stopped watching; take ", id, " goes on at ", connection_.server()));
-  }
-  return connection_.Explain(status);
+  return WatchToEnd(connection_, *stub_, &v1::Takes::Stub::WatchTake, RequestNaming<v1::WatchTakeRequest>(id),
+                    stop, update, absl::StrCat("take ", id));
 }
 
 }  // namespace weft
