@@ -1,13 +1,10 @@
 // weft access: whom a daemon knows.
 #include <cstdio>
 #include <map>
-#include <memory>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/access/role_words.h"
@@ -84,62 +81,58 @@ absl::Status PrintAuditLog(const AccessCommandOptions& options) {
   return absl::OkStatus();
 }
 
-using AccessAction = absl::Status (*)(const AccessCommandOptions&);
-
-void SetUpAccessCommand(CLI::App* command, CommandLine& line,
-                        const std::shared_ptr<AccessCommandOptions>& options, AccessAction action) {
-  AddRequired(*command, "--state DIR", options->state_folder, "State folder of the daemon, on this machine")
+// With the state folder of the daemon.
+CommandWithOptions<AccessCommandOptions> AddAccess(CLI::App& group, CommandLine& line, const char* name,
+                                                   const char* description, const char* example,
+                                                   absl::Status (*run)(const AccessCommandOptions&)) {
+  auto made = AddCommand<AccessCommandOptions>(group, line, run, name, description, example);
+  AddRequired(*made.command, "--state DIR", made.options->state_folder,
+              "State folder of the daemon, on this machine")
       ->envname("WEFT_STATE")
       ->check(CLI::ExistingDirectory);
-  command->callback([options, action, &line] { line.run = [options, action] { return action(*options); }; });
+  return made;
 }
 
-void AddRoleOption(CLI::App* command, const std::shared_ptr<AccessCommandOptions>& options) {
-  AddRequired(*command, "--role ROLE", options->role,
+void AddRoleAndName(CLI::App& command, AccessCommandOptions& options, const char* whose) {
+  AddRequired(command, "--role ROLE", options.role,
               "viewer looks; client also sends work; operator also runs cameras, sessions and takes; admin "
               "may do everything")
       ->check(OneOf({"viewer", "client", "operator", "admin"}));
+  AddRequired(command, "NAME", options.who, whose);
 }
 
 }  // namespace
 
 void AddAccessCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group = AddCommand(app, "access",
-                               "Whom a daemon knows, besides its own user and root: tokens and certificates "
-                               "with roles. A daemon that runs takes changes within a second.",
-                               "");
-  group->require_subcommand(1);
-  const auto options = std::make_shared<AccessCommandOptions>();
-  CLI::App* token = AddCommand(
-      *group, "token",
+  CLI::App* group = AddGroup(app, "access",
+                             "Whom a daemon knows, besides its own user and root: tokens and certificates "
+                             "with roles. A daemon that runs takes changes within a second.");
+  const auto token = AddAccess(
+      *group, line, "token",
       "Make a token, and print it. Its owner keeps it in a file of mode 0600 that WEFT_TOKEN_FILE names.",
-      "  weft access token anna --role operator --days 90 --state /var/lib/weft > anna.token");
-  SetUpAccessCommand(token, line, options, AddAccessToken);
-  AddRoleOption(token, options);
-  token->add_option("NAME", options->who, "Whose it is")->required();
-  AddOption(*token, "--days DAYS", options->days, "It expires after so long; 0: never",
+      "  weft access token anna --role operator --days 90 --state /var/lib/weft > anna.token",
+      AddAccessToken);
+  AddRoleAndName(*token.command, *token.options, "Whose it is");
+  AddOption(*token.command, "--days DAYS", token.options->days, "It expires after so long; 0: never",
             CLI::NonNegativeNumber);
-  CLI::App* certificate =
-      AddCommand(*group, "certificate", "Give the owner of a certificate a role, or another role.",
-                 "  weft access certificate render-1 --role client --state /var/lib/weft");
-  SetUpAccessCommand(certificate, line, options, AllowAccessCertificate);
-  AddRoleOption(certificate, options);
-  certificate->add_option("NAME", options->who, "The certificate's common name")->required();
-  CLI::App* revoke = AddCommand(*group, "revoke", "Take a token back, or the role of a certificate's owner.",
-                                "  weft access revoke 0a1b2c3d4e5f --state /var/lib/weft");
-  SetUpAccessCommand(revoke, line, options, RevokeAccessOf);
-  revoke->add_option("ID", options->who, "Id of the token, or the certificate's common name")->required();
-  CLI::App* list =
-      AddCommand(*group, "list", "List tokens and certificates.", "  weft access list --state /var/lib/weft");
-  SetUpAccessCommand(list, line, options, ListAccess);
-  list->add_flag("--json", options->json, "Print JSON");
-  CLI::App* log = AddCommand(
-      *group, "log", "Show who changed what through the daemon, and who was refused, from its audit log.",
-      "  weft access log --state /var/lib/weft --last 20");
-  SetUpAccessCommand(log, line, options, PrintAuditLog);
-  AddOption(*log, "--last N", options->last, "So many entries, the newest at the end",
-            CLI::Range(1, 1'000'000))
-      ->capture_default_str();
+  const auto certificate = AddAccess(
+      *group, line, "certificate", "Give the owner of a certificate a role, or another role.",
+      "  weft access certificate render-1 --role client --state /var/lib/weft", AllowAccessCertificate);
+  AddRoleAndName(*certificate.command, *certificate.options, "The certificate's common name");
+  const auto revoke =
+      AddAccess(*group, line, "revoke", "Take a token back, or the role of a certificate's owner.",
+                "  weft access revoke 0a1b2c3d4e5f --state /var/lib/weft", RevokeAccessOf);
+  AddRequired(*revoke.command, "ID", revoke.options->who,
+              "Id of the token, or the certificate's common name");
+  const auto list = AddAccess(*group, line, "list", "List tokens and certificates.",
+                              "  weft access list --state /var/lib/weft", ListAccess);
+  list.command->add_flag("--json", list.options->json, "Print JSON");
+  const auto log =
+      AddAccess(*group, line, "log",
+                "Show who changed what through the daemon, and who was refused, from its audit log.",
+                "  weft access log --state /var/lib/weft --last 20", PrintAuditLog);
+  AddOption(*log.command, "--last N", log.options->last, "So many entries, the newest at the end",
+            CLI::Range(1, 1'000'000));
 }
 
 }  // namespace weft

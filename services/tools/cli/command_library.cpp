@@ -1,16 +1,14 @@
 // weft library: rigs, boards, templates, dumps and avatars in the library of a daemon.
 #include <cstdio>
-#include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/progress.h"
+#include "services/tools/cli/remote_command.h"
 #include "services/tools/cli/upload_inputs.h"
 #include "services/tools/client/library_client.h"
 #include "services/work/items/item_words.h"
@@ -28,12 +26,15 @@ struct LibraryOptions {
   bool json = false;
 };
 
-struct LibraryContext {
-  const RegistrationClient& connection;
-  const LibraryOptions& options;
-  v1::ItemKind kind;
-  bool quiet;
-};
+using LibraryContext = RemoteContext<RegistrationClient, LibraryOptions>;
+
+absl::Status CheckLibraryKind(const LibraryOptions& options) {
+  return options.kind.empty() ? absl::OkStatus() : ParseItemKind(options.kind).status();
+}
+
+v1::ItemKind LibraryKindOf(const LibraryContext& context) {
+  return ParseItemKind(context.options.kind).value_or(v1::ITEM_KIND_UNSPECIFIED);
+}
 
 std::string ItemText(const v1::LibraryItem& item) {
   const std::string content =
@@ -48,22 +49,21 @@ std::string ItemText(const v1::LibraryItem& item) {
   return text.empty() ? content + "\n" : text;
 }
 
-absl::Status PrintItem(const v1::LibraryItem& item, const LibraryContext& context) {
-  if (context.options.json) return PrintJsonMessage(item);
-  if (!context.quiet) std::fputs(ItemText(item).c_str(), stdout);
-  return absl::OkStatus();
+absl::Status PrintItem(const absl::StatusOr<v1::LibraryItem>& item, const LibraryContext& context) {
+  return PrintAnswer(item, context,
+                     [](const v1::LibraryItem& one) { std::fputs(ItemText(one).c_str(), stdout); });
 }
 
 absl::Status UploadItem(const LibraryContext& context) {
   const LibraryOptions& options = context.options;
-  const absl::StatusOr<v1::LibraryItem> item =
-      UploadInput(context.connection, {context.kind, options.path, options.name}, context.quiet);
-  return item.ok() ? PrintItem(*item, context) : item.status();
+  return PrintItem(
+      UploadInput(context.client, {LibraryKindOf(context), options.path, options.name}, context.quiet),
+      context);
 }
 
 absl::Status ListItems(const LibraryContext& context) {
   WEFT_ASSIGN_OR_RETURN(const v1::ListItemsResponse list,
-                        LibraryClient(context.connection).List(context.kind));
+                        LibraryClient(context.client).List(LibraryKindOf(context)));
   if (context.options.json) return PrintJsonMessage(list);
   for (const std::string& damaged : list.damaged()) PrintWarning(damaged);
   if (list.items().empty()) std::printf("no items at %s\n", context.options.server.c_str());
@@ -72,8 +72,9 @@ absl::Status ListItems(const LibraryContext& context) {
 }
 
 absl::Status GetItem(const LibraryContext& context) {
-  LibraryClient library(context.connection);
-  WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item, library.Get(context.kind, context.options.item));
+  LibraryClient library(context.client);
+  WEFT_ASSIGN_OR_RETURN(const v1::LibraryItem item,
+                        library.Get(LibraryKindOf(context), context.options.item));
   if (!context.options.out.empty()) {
     Progress bar("get", static_cast<uint64_t>(item.bytes()), ProgressVisible(context.quiet),
                  ProgressUnit::kPercent);
@@ -84,70 +85,46 @@ absl::Status GetItem(const LibraryContext& context) {
 }
 
 absl::Status DeleteItem(const LibraryContext& context) {
-  WEFT_ASSIGN_OR_RETURN(const v1::DeleteItemResponse deleted,
-                        LibraryClient(context.connection).Delete(context.kind, context.options.item));
-  if (context.options.json) return PrintJsonMessage(deleted);
-  if (!context.quiet) {
-    std::printf("%s\n", deleted.content_deleted() ? "deleted" : "name deleted; other names keep the content");
-  }
-  return absl::OkStatus();
-}
-
-enum LibraryArguments : unsigned { kLibraryPath = 1, kLibraryItem = 2, kLibraryAnyKind = 4, kLibraryOut = 8 };
-
-struct LibraryCommand {
-  const char* name;
-  const char* description;
-  const char* example;
-  unsigned arguments;
-  absl::Status (*action)(const LibraryContext& context);
-};
-
-absl::Status RunLibraryCommand(const LibraryCommand& command, const LibraryOptions& options, bool quiet) {
-  v1::ItemKind kind = v1::ITEM_KIND_UNSPECIFIED;
-  if (!options.kind.empty()) {
-    WEFT_ASSIGN_OR_RETURN(kind, ParseItemKind(options.kind));
-  }
-  WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options.server));
-  return command.action({*connection, options, kind, quiet});
-}
-
-void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCommand& what) {
-  CLI::App* command = AddCommand(library, what.name, what.description, what.example);
-  auto options = std::make_shared<LibraryOptions>();
-  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  CLI::Option* kind =
-      AddOption(*command, "KIND", options->kind, "rig, board, template, dump, avatar or garment");
-  if (!(what.arguments & kLibraryAnyKind)) kind->required();
-  if (what.arguments & kLibraryPath) {
-    AddRequired(*command, "PATH", options->path,
-                "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar");
-    AddOption(*command, "--name NAME", options->name, "Name in the library; that of PATH without it");
-  }
-  if (what.arguments & kLibraryItem) {
-    AddRequired(*command, "ITEM", options->item, "NAME (its newest version), NAME@VERSION or sha256:HEX");
-  }
-  if (what.arguments & kLibraryOut) {
-    AddOption(*command, "--out DIR", options->out, "Copy the files to this folder, made where it is missing");
-  }
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options, what, &line] {
-    line.run = [options, what, &line] { return RunLibraryCommand(what, *options, line.quiet); };
+  const auto deleted = LibraryClient(context.client).Delete(LibraryKindOf(context), context.options.item);
+  return PrintAnswer(deleted, context, [](const v1::DeleteItemResponse& answer) {
+    std::puts(answer.content_deleted() ? "deleted" : "name deleted; other names keep the content");
   });
 }
+
+CLI::Option* AddLibraryKind(CLI::App& command, LibraryOptions& options) {
+  return AddOption(command, "KIND", options.kind, "rig, board, template, dump, avatar or garment");
+}
+
+void AddItemArguments(CLI::App& command, LibraryOptions& options) {
+  AddLibraryKind(command, options)->required();
+  AddRequired(command, "ITEM", options.item, "NAME (its newest version), NAME@VERSION or sha256:HEX");
+}
+
+void AddUploadArguments(CLI::App& command, LibraryOptions& options) {
+  AddLibraryKind(command, options)->required();
+  AddRequired(command, "PATH", options.path,
+              "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar");
+  AddOption(command, "--name NAME", options.name, "Name in the library; that of PATH without it");
+}
+
+void AddGetArguments(CLI::App& command, LibraryOptions& options) {
+  AddItemArguments(command, options);
+  AddOption(command, "--out DIR", options.out, "Copy the files to this folder, made where it is missing");
+}
+
+void AddItemListArguments(CLI::App& command, LibraryOptions& options) { AddLibraryKind(command, options); }
 
 }  // namespace
 
 void AddLibraryCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* library = AddCommand(
+  CLI::App* library = AddGroup(
       app, "library",
       "Rigs, boards, templates, dumps and avatars in the library of a daemon, for clients that share no "
       "folder with it. Jobs name them library:NAME, library:NAME@VERSION or library:sha256:HEX",
       "  weft library upload rig rig.json --name studio --server studio:7411\n"
       "  weft register library:jump --rig library:studio --board library:stripes --template library:shirt "
       "--out result --server studio:7411");
-  library->require_subcommand(1);
-  const LibraryCommand commands[] = {
+  const RemoteCommand<RegistrationClient, LibraryOptions> commands[] = {
       {"upload",
        "Send a rig, board, template, dump, avatar or garment (OBJ, PLY) to the library. Other content under "
        "a "
@@ -158,20 +135,21 @@ void AddLibraryCommand(CLI::App& app, CommandLine& line) {
        "  weft library upload template shirt --server studio:7411\n"
        "  weft library upload dump /data/jump --server studio:7411\n"
        "  weft library upload avatar shirt.avatar --server studio:7411",
-       kLibraryPath, UploadItem},
+       AddUploadArguments, UploadItem, true, true, CheckLibraryKind},
       {"list", "List the items of the library with all their names and versions",
        "  weft library list --server studio:7411\n"
        "  weft library list rig --server studio:7411",
-       kLibraryAnyKind, ListItems},
+       AddItemListArguments, ListItems, true, true, CheckLibraryKind},
       {"get", "Show an item, and with --out copy its files to this machine",
        "  weft library get rig studio --server studio:7411\n"
        "  weft library get rig studio@2 --out rig --server studio:7411",
-       kLibraryItem | kLibraryOut, GetItem},
+       AddGetArguments, GetItem, true, true, CheckLibraryKind},
       {"delete",
        "Delete a version of an item. The content goes with its last name; it stays while a job that has not "
        "ended uses it",
-       "  weft library delete rig studio@1 --server studio:7411", kLibraryItem, DeleteItem}};
-  for (const LibraryCommand& command : commands) AddOneLibraryCommand(*library, line, command);
+       "  weft library delete rig studio@1 --server studio:7411", AddItemArguments, DeleteItem, true, true,
+       CheckLibraryKind}};
+  for (const auto& command : commands) AddRemoteCommand(*library, line, command);
 }
 
 }  // namespace weft

@@ -11,7 +11,6 @@
 #include "absl/strings/str_join.h"
 #include "base/length_unit.h"
 #include "base/nearest_word.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/output_guard.h"
 
@@ -28,8 +27,8 @@ std::string WithoutHugeNumbers(const std::string& parse_error) {
 }
 
 absl::Status CheckFinite(const CLI::App& command) {
-  static const std::set<std::string> units = {"FLOAT", "S",  "MS", "MM", "PX",     "HZ",   "FPS",  "DEG",
-                                              "GIB",   "GB", "M",  "CM", "FACTOR", "DAYS", "HOURS"};
+  static const std::set<std::string> units = {"FLOAT", "N",   "S",  "MS", "MM", "PX",     "HZ",   "FPS",
+                                              "DEG",   "GIB", "GB", "M",  "CM", "FACTOR", "DAYS", "HOURS"};
   for (const CLI::Option* option : command.get_options()) {
     const std::string type = option->get_type_name().substr(0, option->get_type_name().find(':'));
     if (!units.contains(type)) continue;
@@ -63,6 +62,13 @@ CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& 
   command->option_defaults()->always_capture_default();
   if (!examples.empty()) command->footer("Examples:\n" + examples);
   return command;
+}
+
+CLI::App* AddGroup(CLI::App& app, const std::string& name, const std::string& description,
+                   const std::string& examples) {
+  CLI::App* group = AddCommand(app, name, description, examples);
+  group->require_subcommand(1);
+  return group;
 }
 
 CLI::Validator OneOf(std::vector<std::string> names) {

@@ -7,9 +7,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "absl/status/status.h"
+// For every command.
+#include "base/status_macros.h"
+#include "services/ground/process/command_option.h"
 #include "services/tools/cli/confined_run.h"
 
 namespace weft {
@@ -36,18 +40,36 @@ absl::Status CheckOut(const CLI::App& command, bool is_quiet);
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);
+// One that has subcommands, of which one must be named.
+CLI::App* AddGroup(CLI::App& app, const std::string& name, const std::string& description,
+                   const std::string& examples = "");
 
 // The command runs `run` with what was parsed, and whether --quiet was given where it asks for that.
-template <typename Options>
-void RunWith(CLI::App& command, CommandLine& line, const std::shared_ptr<Options>& options,
-             absl::Status (*run)(const Options& options)) {
-  command.callback([&line, options, run] { line.run = [options, run] { return run(*options); }; });
+template <typename Options, typename Run>
+void RunWith(CLI::App& command, CommandLine& line, const std::shared_ptr<Options>& options, Run run) {
+  command.callback([&line, options, run] {
+    line.run = [&line, options, run]() -> absl::Status {
+      if constexpr (std::is_invocable_v<Run, Options&, bool>) {
+        return run(*options, line.quiet);
+      } else {
+        return run(*options);
+      }
+    };
+  });
 }
+
 template <typename Options>
-void RunWith(CLI::App& command, CommandLine& line, const std::shared_ptr<Options>& options,
-             absl::Status (*run)(const Options& options, bool quiet)) {
-  command.callback(
-      [&line, options, run] { line.run = [&line, options, run] { return run(*options, line.quiet); }; });
+struct CommandWithOptions {
+  CLI::App* command;
+  std::shared_ptr<Options> options;  // places for what is parsed
+};
+// Both in one.
+template <typename Options, typename Run>
+CommandWithOptions<Options> AddCommand(CLI::App& app, CommandLine& line, Run run, const std::string& name,
+                                       const std::string& description, const std::string& examples) {
+  CommandWithOptions<Options> made{AddCommand(app, name, description, examples), std::make_shared<Options>()};
+  RunWith(*made.command, line, made.options, run);
+  return made;
 }
 
 // Of a value that is one of `names`. Refuses others, with the name that is nearest.

@@ -1,17 +1,15 @@
 // weft operation: commands that a daemon runs for its clients.
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/job_view.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/remote_command.h"
 #include "services/tools/client/operation_client.h"
 #include "services/work/spec/kind_info.h"
 
@@ -25,6 +23,8 @@ struct OperationCommandOptions {
   bool json = false;
 };
 
+using OperationContext = RemoteContext<OperationClient, OperationCommandOptions>;
+
 void PrintOperation(const v1::Operation& operation) {
   std::printf("%s  %-9s  weft %s", operation.id().c_str(), JobStateWord(operation.state()),
               operation.spec().command().c_str());
@@ -36,25 +36,25 @@ void PrintOperation(const v1::Operation& operation) {
   std::printf("\n");
 }
 
-absl::Status ListOperations(OperationClient& client, const OperationCommandOptions& options) {
-  WEFT_ASSIGN_OR_RETURN(const v1::ListOperationsResponse list, client.List(options.limit));
-  if (options.json) return PrintJsonMessage(list);
+absl::Status ListOperations(const OperationContext& context) {
+  WEFT_ASSIGN_OR_RETURN(const v1::ListOperationsResponse list, context.client.List(context.options.limit));
+  if (context.options.json) return PrintJsonMessage(list);
   for (const std::string& warning : list.warnings()) PrintWarning(warning);
-  if (list.operations().empty()) std::printf("no operations at %s\n", options.server.c_str());
+  if (list.operations().empty()) std::printf("no operations at %s\n", context.options.server.c_str());
   for (const v1::Operation& operation : list.operations()) PrintOperation(operation);
   return absl::OkStatus();
 }
 
-absl::Status CancelOperation(OperationClient& client, const OperationCommandOptions& options) {
-  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, client.Cancel(options.id));
-  if (options.json) return PrintJsonMessage(operation);
+absl::Status CancelOperation(const OperationContext& context) {
+  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, context.client.Cancel(context.options.id));
+  if (context.options.json) return PrintJsonMessage(operation);
   PrintOperation(operation);
   return absl::OkStatus();
 }
 
-absl::Status DeleteOperation(OperationClient& client, const OperationCommandOptions& options) {
-  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, client.Delete(options.id));
-  if (options.json) return PrintJsonMessage(operation);
+absl::Status DeleteOperation(const OperationContext& context) {
+  WEFT_ASSIGN_OR_RETURN(const v1::Operation operation, context.client.Delete(context.options.id));
+  if (context.options.json) return PrintJsonMessage(operation);
   std::printf("operation %s is deleted\n", operation.id().c_str());
   return absl::OkStatus();
 }
@@ -67,45 +67,33 @@ std::string OperationNames() {
   return absl::StrJoin(names, ", ");
 }
 
-using OperationAction = absl::Status (*)(OperationClient&, const OperationCommandOptions&);
+void AddOperationListArguments(CLI::App& command, OperationCommandOptions& options) {
+  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
+}
 
-void SetUpOperationCommand(CLI::App* command, CommandLine& line,
-                           const std::shared_ptr<OperationCommandOptions>& options, OperationAction action) {
-  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options, action, &line] {
-    line.run = [options, action] {
-      WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options->server));
-      OperationClient client(*connection);
-      return action(client, *options);
-    };
-  });
+void AddOperationId(CLI::App& command, OperationCommandOptions& options) {
+  AddRequired(command, "OPERATION", options.id, "Its id, as `weft operation list` prints it");
 }
 
 }  // namespace
 
 void AddOperationCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group = AddCommand(
+  CLI::App* group = AddGroup(
       app, "operation",
       absl::StrCat(
-          "Commands that a daemon runs for its clients, by their option --server: ", OperationNames(), "."),
-      "");
-  group->require_subcommand(1);
-  const auto options = std::make_shared<OperationCommandOptions>();
-  CLI::App* list = AddCommand(*group, "list", "List the operations of a daemon, the newest first",
-                              "  weft operation list --server 127.0.0.1:7411");
-  SetUpOperationCommand(list, line, options, ListOperations);
-  AddOption(*list, "--limit N", options->limit, "At most this many", CLI::Range(1, 1000));
-  CLI::App* cancel = AddCommand(*group, "cancel", "Stop an operation; nothing of it stays",
-                                "  weft operation cancel 20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
-  SetUpOperationCommand(cancel, line, options, CancelOperation);
-  cancel->add_option("OPERATION", options->id, "Its id, as `weft operation list` prints it")->required();
-  CLI::App* remove = AddCommand(*group, "delete",
-                                "Delete an operation that has ended, with the files that it wrote; a take "
-                                "that it made stays",
-                                "  weft operation delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
-  SetUpOperationCommand(remove, line, options, DeleteOperation);
-  remove->add_option("OPERATION", options->id, "Its id, as `weft operation list` prints it")->required();
+          "Commands that a daemon runs for its clients, by their option --server: ", OperationNames(), "."));
+  const RemoteCommand<OperationClient, OperationCommandOptions> commands[] = {
+      {"list", "List the operations of a daemon, the newest first",
+       "  weft operation list --server 127.0.0.1:7411", AddOperationListArguments, ListOperations, true,
+       true},
+      {"cancel", "Stop an operation; nothing of it stays",
+       "  weft operation cancel 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddOperationId,
+       CancelOperation, true, true},
+      {"delete",
+       "Delete an operation that has ended, with the files that it wrote; a take that it made stays",
+       "  weft operation delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddOperationId,
+       DeleteOperation, true, true}};
+  for (const auto& command : commands) AddRemoteCommand(*group, line, command);
 }
 
 }  // namespace weft

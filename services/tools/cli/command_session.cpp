@@ -6,10 +6,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/formats/files/enum_words.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
@@ -74,13 +72,9 @@ absl::Status OpenRemoteSession(const SessionContext& context) {
 }
 
 absl::Status PrintSession(const absl::StatusOr<v1::CaptureSession>& session, const SessionContext& context) {
-  if (!session.ok()) return session.status();
-  if (context.options.json) return PrintJsonMessage(*session);
-  if (!context.quiet) {
-    std::printf("%s  %s, of %s\n", session->id().c_str(), SessionStateWord(session->state()),
-                session->owner().c_str());
-  }
-  return absl::OkStatus();
+  return PrintAnswer(session, context, [](const v1::CaptureSession& one) {
+    std::printf("%s  %s, of %s\n", one.id().c_str(), SessionStateWord(one.state()), one.owner().c_str());
+  });
 }
 
 absl::Status RenewRemoteSession(const SessionContext& context) {
@@ -138,8 +132,7 @@ void AddListArguments(CLI::App& command, SessionCommandOptions& options) {
 }  // namespace
 
 void AddSessionCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group = AddCommand(app, "session", "Sessions of a daemon: who works with which cameras.", "");
-  group->require_subcommand(1);
+  CLI::App* group = AddGroup(app, "session", "Sessions of a daemon: who works with which cameras.");
   const RemoteCommand<SessionClient, SessionCommandOptions> commands[] = {
       {"open",
        "Reserve the cameras of a session.json, and print the lease that starts takes with them. The session "

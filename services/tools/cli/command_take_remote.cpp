@@ -11,10 +11,8 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
 #include "base/mutex.h"
-#include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "services/formats/files/enum_words.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/session_file.h"
 #include "services/studio/recording/take_words.h"
@@ -193,10 +191,9 @@ absl::Status ListRemoteTakes(const RemoteTakeContext& context) {
 }
 
 absl::Status PrintTakeState(const absl::StatusOr<v1::RecordedTake>& take, const RemoteTakeContext& context) {
-  if (!take.ok()) return take.status();
-  if (context.options.json) return PrintJsonMessage(*take);
-  if (!context.quiet) std::printf("%s  %s\n", take->id().c_str(), TakeLine(*take).c_str());
-  return absl::OkStatus();
+  return PrintAnswer(take, context, [](const v1::RecordedTake& one) {
+    std::printf("%s  %s\n", one.id().c_str(), TakeLine(one).c_str());
+  });
 }
 
 absl::Status PinRemoteTake(const RemoteTakeContext& context) {
@@ -212,13 +209,9 @@ absl::Status RestoreRemoteTake(const RemoteTakeContext& context) {
 }
 
 absl::Status EmptyRemoteTrash(const RemoteTakeContext& context) {
-  WEFT_ASSIGN_OR_RETURN(const v1::EmptyTrashResponse emptied,
-                        context.client.EmptyTrash(context.options.take_id));
-  if (context.options.json) return PrintJsonMessage(emptied);
-  if (!context.quiet) {
+  return PrintAnswer(context.client.EmptyTrash(context.options.take_id), context, [](const auto& emptied) {
     std::printf("%d takes removed, %.2f GB\n", emptied.takes(), static_cast<double>(emptied.bytes()) / 1e9);
-  }
-  return absl::OkStatus();
+  });
 }
 
 void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {

@@ -84,12 +84,20 @@ auto WithBar(const std::string& label, bool quiet, int threads, Work work) {
       [&] { return work([&progress](size_t done, size_t all) { progress.Set(done, all); }); });
 }
 
+// The same of work that has stages.
+template <typename Work>
+auto WithStageBars(bool quiet, int threads, Work work) {
+  StageBars bars(quiet);
+  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  return arena.execute([&] { return work(bars); });
+}
+
 // The same of work that tells the share that is done.
 template <typename Work>
 auto WithShareBar(const std::string& label, bool quiet, int threads, Work work) {
-  StageBars bars(quiet);
-  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-  return arena.execute([&] { return work([&](double share) { bars.SetShare(label, share); }); });
+  return WithStageBars(quiet, threads, [&](StageBars& bars) {
+    return work([&](double share) { bars.SetShare(label, share); });
+  });
 }
 
 }  // namespace weft

@@ -4,11 +4,13 @@
 #include <CLI/CLI.hpp>
 
 #include <memory>
+#include <optional>
 #include <stop_token>
+#include <type_traits>
 
-#include "base/status_macros.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/command_line.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/client/registration_client.h"
 
 namespace weft {
@@ -29,7 +31,19 @@ struct RemoteCommand {
   const char* example;
   void (*add_arguments)(CLI::App& command, Options& options);  // besides --server and --json
   absl::Status (*action)(const RemoteContext<Client, Options>& context);
+  bool has_json = true;
+  bool ends_by_signal = false;                              // at once; otherwise Ctrl-C is a request to stop
+  absl::Status (*check)(const Options& options) = nullptr;  // before it connects
 };
+
+// What a daemon answered, as JSON or by `print`, which --quiet leaves out.
+template <typename Answer, typename Context, typename Print>
+absl::Status PrintAnswer(const absl::StatusOr<Answer>& answer, const Context& context, Print print) {
+  if (!answer.ok()) return answer.status();
+  if (context.options.json) return PrintJsonMessage(*answer);
+  if (!context.quiet) print(*answer);
+  return absl::OkStatus();
+}
 
 // Each has options of its own: WEFT_SERVER sets those of all.
 template <typename Client, typename Options>
@@ -38,13 +52,20 @@ void AddRemoteCommand(CLI::App& group, CommandLine& line, const RemoteCommand<Cl
   auto options = std::make_shared<Options>();
   AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   what.add_arguments(*command, *options);
-  command->add_flag("--json", options->json, "Print JSON");
-  command->callback([options, action = what.action, &line] {
-    line.run = [options, action, &line]() -> absl::Status {
-      const StopOnSignal signals;
+  if (what.has_json) command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options, what, &line] {
+    line.run = [options, what, &line]() -> absl::Status {
+      if (what.check != nullptr) WEFT_RETURN_IF_ERROR(what.check(*options));
+      std::optional<StopOnSignal> signals;
+      if (!what.ends_by_signal) signals.emplace();
+      const std::stop_token stop = signals ? signals->token() : std::stop_token();
       WEFT_ASSIGN_OR_RETURN(const auto connection, RegistrationClient::Connect(options->server));
-      Client client(*connection);
-      return action({client, *options, line.quiet, signals.token()});
+      if constexpr (std::is_same_v<Client, RegistrationClient>) {
+        return what.action({*connection, *options, line.quiet, stop});
+      } else {
+        Client client(*connection);
+        return what.action({client, *options, line.quiet, stop});
+      }
     };
   });
 }
