@@ -2,8 +2,6 @@
 #include <memory>
 #include <string>
 
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/work/animation/avatar_text.h"
@@ -36,14 +34,13 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
 }  // namespace
 
 void AddAvatarCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* avatar = AddCommand(
+  CLI::App* avatar = AddGroup(
       app, "avatar",
       "Garments that were captured before: learn what they do, and follow them with two or three cameras.",
       "  weft avatar train walk/result jog/result --out shirt.avatar\n"
       "  weft avatar drive DUMP --avatar shirt.avatar --rig rig.json --board board.json --template shirt "
       "--out result\n"
       "  weft evaluate shirt-drive --avatar shirt.avatar");
-  avatar->require_subcommand(1);
   AddAvatarTrainCommand(*avatar, line);
   AddAvatarDriveCommand(*avatar, line);
   AddShowCommand(*avatar, line);

@@ -8,9 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/status_macros.h"
 #include "base/stopwatch.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
@@ -63,6 +61,13 @@ NetTrainer TrainerThatShows(TrainingView& view) {
   };
 }
 
+absl::Status PrintTrained(const TrainOptions& options, const v1::Avatar& about, const Stopwatch& watch) {
+  if (options.json) return PrintJsonMessage(about);
+  std::fputs(AvatarText(options.request.out, about).c_str(), stdout);
+  std::printf("trained in %.1f s\n", watch.Seconds());
+  return absl::OkStatus();
+}
+
 // As Halimi et al. 2022.
 absl::Status TrainPaper(const TrainOptions& options, int threads, bool quiet) {
   WEFT_RETURN_IF_ERROR(CheckNetTrainer());
@@ -83,10 +88,7 @@ absl::Status TrainPaper(const TrainOptions& options, int threads, bool quiet) {
         request, [&view](std::string_view stage, double share) { view.Show(stage, share); }, signals.token());
   }
   if (!avatar.ok()) return avatar.status();
-  if (options.json) return PrintJsonMessage(avatar->about);
-  std::fputs(AvatarText(request.out, avatar->about).c_str(), stdout);
-  std::printf("trained in %.1f s\n", watch.Seconds());
-  return absl::OkStatus();
+  return PrintTrained(options, avatar->about, watch);
 }
 
 absl::Status Train(const TrainOptions& options, bool quiet) {
@@ -110,10 +112,7 @@ absl::Status Train(const TrainOptions& options, bool quiet) {
   }
   if (!avatar.ok()) return avatar.status();
   if (!quiet && !avatar->net_remark.empty()) PrintWarning(avatar->net_remark);
-  if (options.json) return PrintJsonMessage(avatar->file.about);
-  std::fputs(AvatarText(options.request.out, avatar->file.about).c_str(), stdout);
-  std::printf("trained in %.1f s\n", watch.Seconds());
-  return absl::OkStatus();
+  return PrintTrained(options, avatar->file.about, watch);
 }
 
 // The order of these functions is that of the help.
@@ -126,16 +125,13 @@ void AddTrainSources(CLI::App& command, AvatarRequest& request) {
   AddOption(command, "--template DIR", request.garment,
             "Folder of the template; by default that of the first source");
   AddOption(command, "--components N", request.training.components,
-            "Shapes that the garment is a mixture of; size and time grow with them", CLI::Range(1, 1000))
-      ->capture_default_str();
+            "Shapes that the garment is a mixture of; size and time grow with them", CLI::Range(1, 1000));
   AddOption(command, "--max-frames N", request.training.max_frames,
-            "Frames to learn from at most, evenly chosen where there are more", CLI::Range(10, 1'000'000))
-      ->capture_default_str();
+            "Frames to learn from at most, evenly chosen where there are more", CLI::Range(10, 1'000'000));
   AddOption(command, "--fps N", request.fps,
             "Frames per second of results whose take tells no times; 0 for 30", CLI::NonNegativeNumber);
   AddOption(command, "--seed N", request.training.seed,
-            "Of the choice of frames and of the algebra; of a net's samples, weights and their order")
-      ->capture_default_str();
+            "Of the choice of frames and of the algebra; of a net's samples, weights and their order");
 }
 
 void AddTrainNet(CLI::App& command, TrainOptions& options) {
@@ -156,8 +152,7 @@ void AddTrainNet(CLI::App& command, TrainOptions& options) {
   AddOption(command, "--steps N", options.net.steps,
             "Of a net, or with --preset: how many batches of frames the net learns from; a prior takes half "
             "as many",
-            CLI::Range(1, 100'000'000))
-      ->capture_default_str();
+            CLI::Range(1, 100'000'000));
   AddOption(command, "--hours H", options.net.hours,
             "Of a net, or with --preset: the net's training ends after these at the latest, however many "
             "steps it has done. What comes out then depends on how fast the machine is",

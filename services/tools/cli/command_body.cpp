@@ -1,18 +1,15 @@
 // weft body: the sizes of the person who wears a garment of `weft simulate`.
 #include <array>
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "absl/strings/str_replace.h"
-#include "base/status_macros.h"
 #include "figure/body.h"
 #include "figure/joint_angles.h"
 #include "figure/skeleton.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/files/mesh_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 
 namespace weft {
@@ -61,7 +58,12 @@ absl::Status MakeBodyFile(const BodyMakeOptions& options) {
   return absl::OkStatus();
 }
 
-absl::Status ShowBody(const std::string& path, const std::string& mesh_path) {
+struct BodyShowOptions {
+  std::string body, mesh;
+};
+
+absl::Status ShowBody(const BodyShowOptions& options) {
+  const auto& [path, mesh_path] = options;
   WEFT_ASSIGN_OR_RETURN(const NamedBody body, ReadBody(path));
   PrintBody(path, body);
   if (mesh_path.empty()) return absl::OkStatus();
@@ -74,16 +76,15 @@ absl::Status ShowBody(const std::string& path, const std::string& mesh_path) {
 }  // namespace
 
 void AddBodyCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* body = AddCommand(
+  CLI::App* body = AddGroup(
       app, "body", "Bodies of different sizes, for the person who wears the garment of `weft simulate`.",
       "  weft body make --stature-mm 1650 --waist-girth 1.1 --out anna.body\n"
       "  weft body show anna.body --mesh anna.ply\n"
       "  weft simulate --preset shirt-drive --body anna.body --no-pictures --out take");
-  body->require_subcommand(1);
 
-  CLI::App* make = AddCommand(*body, "make", "Make a body from sizes, or a random one.",
-                              "  weft body make --seed 7 --out random.body");
-  auto options = std::make_shared<BodyMakeOptions>();
+  const auto [make, options] = AddCommand<BodyMakeOptions>(*body, line, MakeBodyFile, "make",
+                                                           "Make a body from sizes, or a random one.",
+                                                           "  weft body make --seed 7 --out random.body");
   AddOption(*make, "--seed S", options->seed,
             "A random person, whose sizes vary as people's do; without, an average one");
   AddOption(*make, "--stature-mm MM", options->stature_mm, "How tall; lengths and girths grow with it");
@@ -98,15 +99,12 @@ void AddBodyCommand(CLI::App& app, CommandLine& line) {
   }
   AddOption(*make, "--id NAME", options->id, "What the body is called");
   AddRequired(*make, "--out FILE", options->out, "The file to write, NAME.body");
-  RunWith(*make, line, options, MakeBodyFile);
 
-  CLI::App* show =
-      AddCommand(*body, "show", "Show the sizes of a body.", "  weft body show anna.body --mesh anna.ply");
-  auto path = std::make_shared<std::string>();
-  auto mesh = std::make_shared<std::string>();
-  AddRequired(*show, "body FILE", *path, "A body");
-  AddOption(*show, "--mesh FILE", *mesh, "Also write it as a mesh (PLY)");
-  show->callback([path, mesh, &line] { line.run = [path, mesh] { return ShowBody(*path, *mesh); }; });
+  const auto [show, shown] =
+      AddCommand<BodyShowOptions>(*body, line, ShowBody, "show", "Show the sizes of a body.",
+                                  "  weft body show anna.body --mesh anna.ply");
+  AddRequired(*show, "body FILE", shown->body, "A body");
+  AddOption(*show, "--mesh FILE", shown->mesh, "Also write it as a mesh (PLY)");
 }
 
 }  // namespace weft

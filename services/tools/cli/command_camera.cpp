@@ -1,7 +1,5 @@
 // weft camera: the cameras at hand.
-#include <memory>
 
-#include "base/status_macros.h"
 #include "services/studio/recording/camera_list.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -30,19 +28,17 @@ absl::Status PrintCameras(const CameraListCommandOptions& options) {
 }  // namespace
 
 void AddCameraCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* camera = AddCommand(app, "camera", "The cameras at hand, and cameras without hardware.", "");
-  camera->require_subcommand(1);
-  const auto options = std::make_shared<CameraListCommandOptions>();
-  CLI::App* list = AddCommand(*camera, "list",
-                              "List the cameras that session.json can name: GigE Vision cameras that answer "
-                              "in the network, and V4L2 cameras of this machine (USB, CSI, frame grabbers).",
-                              "  weft camera list\n"
-                              "  weft camera list --server 127.0.0.1:7411\n"
-                              "  weft camera list --details");
+  CLI::App* camera = AddGroup(app, "camera", "The cameras at hand, and cameras without hardware.");
+  const auto [list, options] = AddCommand<CameraListCommandOptions>(
+      *camera, line, PrintCameras, "list",
+      "List the cameras that session.json can name: GigE Vision cameras that answer "
+      "in the network, and V4L2 cameras of this machine (USB, CSI, frame grabbers).",
+      "  weft camera list\n"
+      "  weft camera list --server 127.0.0.1:7411\n"
+      "  weft camera list --details");
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
   AddServerOption(*list, options->server, "The cameras of the daemon at HOST:PORT, and who uses them");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
-  RunWith(*list, line, options, PrintCameras);
   AddCameraLookCommand(*camera, line);
   AddCameraFakeCommand(*camera, line);
 }

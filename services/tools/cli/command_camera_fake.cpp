@@ -13,12 +13,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/loopback.h"
-#include "base/status_macros.h"
 #include "capture/image/raw_frame.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/rig_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
 #include "simulation/gige_emulator/gige_emulator.h"
@@ -151,9 +149,8 @@ absl::Status Serve(const FakeCommandOptions& options) {
 }  // namespace
 
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
-  const auto options = std::make_shared<FakeCommandOptions>();
-  CLI::App* fake = AddCommand(
-      camera, "fake",
+  const auto [fake, options] = AddCommand<FakeCommandOptions>(
+      camera, line, Serve, "fake",
       "Run GigE Vision cameras without hardware, on this machine's loopback, and write a session.json that "
       "names them: `weft take record` records them through the network like any others. They have PTP, "
       "packet resend and triggers. They film a pattern, or the pictures of a dump again and again.",
@@ -168,7 +165,6 @@ void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
   AddOption(*fake, "--rig FILE", options->rig, "rig.json of that dump; without it, rig.json in the dump");
   AddOption(*fake, "--session FILE", options->session, "File to write");
   options->guard.AddTo(*fake);
-  RunWith(*fake, line, options, Serve);
 }
 
 }  // namespace weft

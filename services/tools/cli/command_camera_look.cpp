@@ -1,11 +1,8 @@
 // weft camera look: what the cameras of a daemon see.
 #include <cstdio>
-#include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
@@ -78,9 +75,8 @@ absl::Status LookAtCameras(const CameraLookOptions& options) {
 }  // namespace
 
 void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
-  const auto options = std::make_shared<CameraLookOptions>();
-  CLI::App* look = AddCommand(
-      camera, "look",
+  const auto [look, options] = AddCommand<CameraLookOptions>(
+      camera, line, LookAtCameras, "look",
       "See what the cameras of a daemon see, and how they are exposed and focused. Cameras that nobody uses "
       "are opened as a take would open them, for a second; of a take that runs it is the newest frame set.",
       "  weft camera look --session session.json --out pictures --server 127.0.0.1:7411\n"
@@ -96,7 +92,6 @@ void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
   AddOption(*look, "--out DIR", options->out, "Folder for the pictures, <camera>.jpg");
   look->add_flag("--json", options->json,
                  "Print JSON (weft.v1.CameraLook), one per camera, with all settings");
-  RunWith(*look, line, options, LookAtCameras);
 }
 
 }  // namespace weft

@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
-#include "base/status_macros.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -132,18 +131,16 @@ void AddRetention(CLI::App& group, CommandLine& line) {
 }  // namespace
 
 void AddDaemonCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* group = AddCommand(app, "daemon", "Administer a daemon that runs.", "");
-  group->require_subcommand(1);
-  const auto options = std::make_shared<DrainCommandOptions>();
-  CLI::App* drain = AddCommand(*group, "drain",
-                               "Stop a daemon without loss of work, for example for an update. It refuses "
-                               "new jobs, takes and operations, lets the frames end that workers are at, and "
-                               "stops. Takes that are recorded go on without it.",
-                               "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
-                               "  weft daemon drain --jobs --server 127.0.0.1:7411");
+  CLI::App* group = AddGroup(app, "daemon", "Administer a daemon that runs.");
+  const auto [drain, options] = AddCommand<DrainCommandOptions>(
+      *group, line, RunDrain, "drain",
+      "Stop a daemon without loss of work, for example for an update. It refuses "
+      "new jobs, takes and operations, lets the frames end that workers are at, and "
+      "stops. Takes that are recorded go on without it.",
+      "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
+      "  weft daemon drain --jobs --server 127.0.0.1:7411");
   AddServerOption(*drain, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
   drain->add_flag("--jobs", options->finish_jobs, "Let all jobs end first");
-  RunWith(*drain, line, options, RunDrain);
   AddRetention(*group, line);
 }
 

@@ -4,18 +4,15 @@
 
 #include <cstdio>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/synthetic/dataset_file.h"
 #include "services/formats/synthetic/dataset_writer.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -38,16 +35,12 @@ absl::Status MakeDatasetFolder(const DatasetMakeOptions& options, bool quiet) {
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
   const StopOnSignal stop;  // before the first thread
   const Stopwatch watch;
-  absl::StatusOr<DatasetSummary> summary;
-  {
-    StageBars bars(quiet);
-    summary = MakeDataset(
-        preset, options.out, options.minutes,
-        [&](const std::string& take, int done, int frames) {
-          bars.Set(take, static_cast<uint64_t>(done), static_cast<uint64_t>(frames));
-        },
-        stop.token());
-  }
+  const absl::StatusOr<DatasetSummary> summary = WithStageBars(quiet, options.threads, [&](StageBars& bars) {
+    const auto tell = [&bars](const std::string& take, int done, int frames) {
+      bars.Set(take, static_cast<uint64_t>(done), static_cast<uint64_t>(frames));
+    };
+    return MakeDataset(preset, options.out, options.minutes, tell, stop.token());
+  });
   if (!summary.ok()) return summary.status();
   std::printf("%s: %d of %d takes are complete, %d frames; %.1f s\n", options.out.c_str(), summary->complete,
               summary->takes, summary->frames, watch.Seconds());
@@ -123,39 +116,34 @@ absl::Status CheckDataset(const std::string& folder) {
 
 void AddFolderCommand(CLI::App& dataset, CommandLine& line, const std::string& name, const std::string& about,
                       absl::Status (*run)(const std::string&)) {
-  CLI::App* command = AddCommand(dataset, name, about, "  weft dataset " + name + " shirt-drive");
-  auto folder = std::make_shared<std::string>();
+  const auto [command, folder] =
+      AddCommand<std::string>(dataset, line, run, name, about, "  weft dataset " + name + " shirt-drive");
   AddRequired(*command, "folder DIR", *folder, "The folder of the set");
-  command->callback([folder, run, &line] { line.run = [folder, run] { return run(*folder); }; });
 }
 
 }  // namespace
 
 void AddDatasetCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* dataset = AddCommand(
+  CLI::App* dataset = AddGroup(
       app, "dataset",
       "Sets of simulated takes without pictures, for training and testing: who moves how, split by motion.",
       "  weft dataset list shirt-drive\n"
       "  weft dataset make shirt-drive --out shirt-drive --minutes 20\n"
       "  weft dataset info shirt-drive");
-  dataset->require_subcommand(1);
 
-  CLI::App* make =
-      AddCommand(*dataset, "make", "Make a set, or go on with it. Several processes may work on one folder.",
-                 "  weft dataset make shirt-drive --threads 1 --out shirt-drive");
-  auto options = std::make_shared<DatasetMakeOptions>();
+  const auto [make, options] = AddCommand<DatasetMakeOptions>(
+      *dataset, line, MakeDatasetFolder, "make",
+      "Make a set, or go on with it. Several processes may work on one folder.",
+      "  weft dataset make shirt-drive --threads 1 --out shirt-drive");
   AddRequired(*make, "set NAME", options->name, DatasetsText());
   AddRequired(*make, "--out DIR", options->out, "The folder of the set");
   AddOption(*make, "--minutes MIN", options->minutes, "Stop after this time; 0 for none",
             CLI::Range(0.0, 1e6));
   AddOption(*make, "--threads N", options->threads, "Threads to use; 0 for all", CLI::Range(0, 4096));
-  RunWith(*make, line, options, MakeDatasetFolder);
 
-  CLI::App* list =
-      AddCommand(*dataset, "list", "List the takes of a set.", "  weft dataset list shirt-drive");
-  auto name = std::make_shared<std::string>();
+  const auto [list, name] = AddCommand<std::string>(
+      *dataset, line, ListDataset, "list", "List the takes of a set.", "  weft dataset list shirt-drive");
   AddRequired(*list, "set NAME", *name, DatasetsText());
-  RunWith(*list, line, name, ListDataset);
 
   AddFolderCommand(*dataset, line, "info",
                    "Show what a set holds, and its chaos floor: how far two simulations of one motion come "

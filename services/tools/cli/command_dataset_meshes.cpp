@@ -1,6 +1,5 @@
 // weft dataset meshes: the true cloth of a simulated take, and the person in it, as meshes.
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,13 +8,11 @@
 #include "absl/strings/str_format.h"
 #include "alignment/garment_parts.h"
 #include "alignment/mesh_texture.h"
-#include "base/status_macros.h"
 #include "figure/body.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/mesh_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/results/export/export_transform.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -124,20 +121,19 @@ absl::Status WriteTakeMeshes(const DatasetMeshesOptions& options, bool quiet) {
 }  // namespace
 
 void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
-  CLI::App* command = AddCommand(dataset, "meshes",
-                                 "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the "
-                                 "person who wears it as DIR/body/<frame>.ply where the take keeps the pose: "
-                                 "those of `weft simulate --motion FILE --no-pictures` and of data sets do.",
-                                 "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
-                                 "  weft dataset meshes take --up z --out meshes");
-  const auto options = std::make_shared<DatasetMeshesOptions>();
+  const auto [command, options] = AddCommand<DatasetMeshesOptions>(
+      dataset, line, WriteTakeMeshes, "meshes",
+      "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the "
+      "person who wears it as DIR/body/<frame>.ply where the take keeps the pose: "
+      "those of `weft simulate --motion FILE --no-pictures` and of data sets do.",
+      "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
+      "  weft dataset meshes take --up z --out meshes");
   AddRequired(*command, "take DIR", options->take, "A take of `weft simulate`, or of a data set");
   AddOption(*command, "--body FILE", options->body,
             "The body that the take was simulated with, where one was given");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   AddOption(*command, "--up AXIS", options->up, "The axis that points up", OneOf({"y", "z"}));
   AddOption(*command, "--unit UNIT", options->unit, "Unit of lengths", OneOf({"m", "cm", "mm"}));
-  RunWith(*command, line, options, WriteTakeMeshes);
 }
 
 }  // namespace weft

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -18,7 +17,6 @@
 #include "absl/strings/str_replace.h"
 #include "base/named_status.h"
 #include "base/path_facts.h"
-#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
@@ -28,7 +26,6 @@
 #include "services/formats/options/presets.h"
 #include "services/formats/verdict/grey_levels.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/decode_inputs.h"
@@ -196,12 +193,12 @@ void Assess(v1::DecodeReport& report) {
   AddGreyLevelsCheck(verdict, pictures);
 }
 
-std::string RejectedText(const google::protobuf::RepeatedPtrField<v1::ReasonCount>& reasons) {
+std::string RejectedText(const std::map<std::string, int>& reasons) {
   int total = 0;
   std::vector<std::string> parts;
-  for (const v1::ReasonCount& reason : reasons) {
-    total += reason.count();
-    parts.push_back(absl::StrCat(reason.reason(), " ", reason.count()));
+  for (const auto& [reason, count] : reasons) {
+    total += count;
+    parts.push_back(absl::StrCat(reason, " ", count));
   }
   return parts.empty() ? "0" : absl::StrCat(total, ": ", absl::StrJoin(parts, ", "));
 }
@@ -221,23 +218,19 @@ void PrintTable(const v1::DecodeReport& report) {
       std::printf("%-*s  failed: %s\n", width, view.camera().c_str(), view.missing_reason().c_str());
       continue;
     }
+    std::map<std::string, int> reasons;
+    for (const v1::ReasonCount& one : view.patches_rejected()) reasons[one.reason()] = one.count();
     const std::string size = absl::StrCat(image.width_px(), "x", image.height_px());
     std::printf("%-*s  %11s  %7d  %7d  %7.0f  %8d  %s\n", width, view.camera().c_str(), size.c_str(),
                 view.centers(), view.corners(), image.total_ms(), view.patches_accepted(),
-                RejectedText(view.patches_rejected()).c_str());
+                RejectedText(reasons).c_str());
     accepted += view.patches_accepted();
     total_ms += image.total_ms();
-    for (const v1::ReasonCount& reason : view.patches_rejected()) rejected[reason.reason()] += reason.count();
-  }
-  google::protobuf::RepeatedPtrField<v1::ReasonCount> reasons;
-  for (const auto& [reason, count] : rejected) {
-    v1::ReasonCount& entry = *reasons.Add();
-    entry.set_reason(reason);
-    entry.set_count(count);
+    for (const auto& [reason, count] : reasons) rejected[reason] += count;
   }
   std::printf("%-*s  %11s  %7d  %7d  %7.0f  %8d  %s\n", width, "total",
               absl::StrCat(report.images_decoded(), " images").c_str(), report.centers(), report.corners(),
-              total_ms, accepted, RejectedText(reasons).c_str());
+              total_ms, accepted, RejectedText(rejected).c_str());
   std::printf("%s: written in %.1f s\n", report.observations().c_str(), report.wall_ms() / 1000);
 }
 
@@ -298,8 +291,8 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
 }  // namespace
 
 void AddDecodeCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "decode",
+  const auto [command, options] = AddCommand<DecodeCommandOptions>(
+      app, line, DecodeImages, "decode",
       "Find the cells of a board in images and write them as observations: "
       "image,x_px,y_px,board_row,board_col,kind,confidence. `image` is the file name without folder and "
       "ending, or the path where names repeat; of a take or folder the camera, or <frame>/<camera>. An image "
@@ -307,7 +300,6 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       "  weft decode dump/0000/*.jpg --board board.png --out observations.csv\n"
       "  weft decode take --frames 120 --board board.json --out observations.csv\n"
       "  weft decode raw.png --mosaic bayer_rg8 --board board.json --out raw.csv --explain pictures");
-  auto options = std::make_shared<DecodeCommandOptions>();
   AddRequired(*command, "IMAGE", options->images, "PNG, JPEG or TIFF images; or a take or folder of images");
   AddFramesOption(*command, options->frames,
                   "Which frames of a take or folder of images, with all their cameras", "--frame");
@@ -322,7 +314,6 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
   AddOption(*command, "--threads N", options->threads, "Images at a time; 0 for all cores",
             CLI::Range(0, 4096));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.DecodeReport)");
-  RunWith(*command, line, options, DecodeImages);
 }
 
 }  // namespace weft

@@ -1,10 +1,7 @@
 // weft doctor: what would spoil a recording on this machine?
-#include <memory>
 #include <string>
 
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/recording/doctor.h"
 #include "services/studio/recording/session_file.h"
 #include "services/tools/cli/commands.h"
@@ -37,9 +34,8 @@ absl::Status RunDoctor(DoctorCommandOptions& options) {
 }  // namespace
 
 void AddDoctorCommand(CLI::App& app, CommandLine& line) {
-  const auto options = std::make_shared<DoctorCommandOptions>();
-  CLI::App* doctor = AddCommand(
-      app, "doctor",
+  const auto [doctor, options] = AddCommand<DoctorCommandOptions>(
+      app, line, RunDoctor, "doctor",
       "Look for what would spoil a recording on this machine: network, socket buffers, permissions, clock, "
       "disk, cameras, and the data rate of a session; and at the installation: programs, kernel, the daemon, "
       "its state folder, certificates and tokens. Each finding has a remedy. Exit status 1 when frames would "
@@ -55,7 +51,6 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
   AddInstallationOptions(*doctor, options->installation);
   doctor->add_flag("--no-cameras", options->no_cameras, "Do not search for cameras in the network");
   doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");
-  doctor->callback([options, &line] { line.run = [options] { return RunDoctor(*options); }; });
 }
 
 }  // namespace weft

@@ -1,7 +1,6 @@
 // weft garment: meshes of garments that no board was printed on.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <memory>
 #include <set>
 #include <string>
 #include <tuple>
@@ -15,7 +14,6 @@
 #include "animation/atlas/cloth_charts.h"
 #include "base/length_unit.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_file.h"
@@ -146,57 +144,41 @@ absl::Status ImportGarment(const GarmentImportOptions& options, bool quiet) {
   const StopOnSignal stop;
   MeshImport request = options.request;
   request.unit_mm = LengthUnitNamed(options.unit).value().mm;
-  absl::StatusOr<ImportedGarment> imported;
-  {
-    Progress progress("import", request.meshes.size(), ProgressVisible(quiet));
-    imported = ImportMeshes(
-        request, [&](size_t done, size_t all) { progress.Set(done, all); }, stop.token());
-  }
-  if (!imported.ok()) return imported.status();
+  WEFT_ASSIGN_OR_RETURN(const ImportedGarment imported, WithBar("import", quiet, 0, [&](const auto& tell) {
+                          return ImportMeshes(request, tell, stop.token());
+                        }));
   absl::PrintF("%s: %d frames of %d vertices and %d faces; the mesh at rest is %s\n", request.out,
-               imported->frames.size(), imported->vertices, imported->faces, imported->garment);
+               imported.frames.size(), imported.vertices, imported.faces, imported.garment);
   return absl::OkStatus();
 }
 
 void AddUnitOption(CLI::App& command, std::string& unit) {
-  command
-      .add_option("--unit", unit,
-                  "Unit of the mesh's coordinates, which OBJ and PLY do not say; Blender's is m")
-      ->type_name("UNIT")
-      ->capture_default_str()
-      ->check(OneLengthUnit());
+  AddOption(command, "--unit UNIT", unit,
+            "Unit of the mesh's coordinates, which OBJ and PLY do not say; Blender's is m", OneLengthUnit());
 }
 
 void AddGarmentCheckCommand(CLI::App& garment, CommandLine& line) {
-  CLI::App* command = AddCommand(garment, "check",
-                                 "Check the mesh of a garment: a template, or an OBJ or PLY of another "
-                                 "program. Every edge has one or two "
-                                 "faces; texture coordinates (vt of an OBJ) make charts with seams between "
-                                 "them, and the charts an atlas. "
-                                 "Prints what it is.",
-                                 "  weft garment check shirt.obj --unit m\n"
-                                 "  weft garment check shirt.obj --unit m --atlas atlas.png --json");
-  auto options = std::make_shared<GarmentCheckOptions>();
-  command->add_option("mesh", options->mesh, "OBJ or PLY, or folder of a template")
-      ->required()
-      ->type_name("FILE");
+  const auto [command, options] = AddCommand<GarmentCheckOptions>(
+      garment, line, CheckGarment, "check",
+      "Check the mesh of a garment: a template, or an OBJ or PLY of another "
+      "program. Every edge has one or two "
+      "faces; texture coordinates (vt of an OBJ) make charts with seams between "
+      "them, and the charts an atlas. "
+      "Prints what it is.",
+      "  weft garment check shirt.obj --unit m\n"
+      "  weft garment check shirt.obj --unit m --atlas atlas.png --json");
+  AddRequired(*command, "mesh FILE", options->mesh, "OBJ or PLY, or folder of a template");
   AddUnitOption(*command, options->unit);
-  command
-      ->add_option(
-          "--atlas", options->atlas,
-          "Write the atlas as a PNG: the charts as they are packed, with the mesh's places as colours")
-      ->type_name("FILE");
-  command->add_option("--level", options->layout.level, "A texel of the atlas is 2^N edges wide")
-      ->type_name("N")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 6));
+  AddOption(*command, "--atlas FILE", options->atlas,
+            "Write the atlas as a PNG: the charts as they are packed, with the mesh's places as colours");
+  AddOption(*command, "--level N", options->layout.level, "A texel of the atlas is 2^N edges wide",
+            CLI::Range(0, 6));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.GarmentMeshSummary)");
-  command->callback([options, &line] { line.run = [options] { return CheckGarment(*options); }; });
 }
 
 void AddGarmentImportCommand(CLI::App& garment, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      garment, "import",
+  const auto [command, options] = AddCommand<GarmentImportOptions>(
+      garment, line, ImportGarment, "import",
       "Make a result of meshes of other programs, one file of each frame: weft export, weft evaluate and "
       "--against read it like the result of a registration. All have the vertices and faces of the first. "
       "Frames are named by the numbers in the names of the files. DIR/garment.ply is the mesh at rest, in "
@@ -205,24 +187,17 @@ void AddGarmentImportCommand(CLI::App& garment, CommandLine& line) {
       "  weft garment import sim/shirt_*.obj --unit m --out simulated\n"
       "  weft export simulated --format glb --out web\n"
       "  weft evaluate result --against simulated --out comparison");
-  auto options = std::make_shared<GarmentImportOptions>();
-  command->add_option("meshes", options->request.meshes, "OBJ or PLY")->required()->type_name("FILE");
+  AddRequired(*command, "meshes FILE", options->request.meshes, "OBJ or PLY");
   AddUnitOption(*command, options->unit);
-  command
-      ->add_option("--rest", options->request.rest,
-                   "The garment at rest; by default the mesh of the first frame")
-      ->type_name("FILE");
-  command->add_option("--out", options->request.out, "Folder to write to")->required()->type_name("DIR");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return ImportGarment(*options, line.quiet); }; });
+  AddOption(*command, "--rest FILE", options->request.rest,
+            "The garment at rest; by default the mesh of the first frame");
+  AddRequired(*command, "--out DIR", options->request.out, "Folder to write to");
 }
 
 }  // namespace
 
 void AddGarmentCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* garment =
-      AddCommand(app, "garment", "Meshes of garments from other programs, without a board", "");
-  garment->require_subcommand(1);
+  CLI::App* garment = AddGroup(app, "garment", "Meshes of garments from other programs, without a board");
   AddGarmentCheckCommand(*garment, line);
   AddGarmentImportCommand(*garment, line);
 }

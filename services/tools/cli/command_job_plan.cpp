@@ -1,16 +1,13 @@
 // weft job plan: what a job will take on a cluster.
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <system_error>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "base/path_facts.h"
-#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/program_beside.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
@@ -100,15 +97,14 @@ void AddClusterOptions(CLI::App& command, PlanRequest& request) {
 }  // namespace
 
 void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(job, "plan",
-                 "Predict what a job will take on a cluster: core-hours, wall time, memory and bytes, how "
-                 "many frames a task should have, and what limits. Registers some of its frames on this "
-                 "machine first, whose results are not kept.",
-                 "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 1000\n"
-                 "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 "
-                 "--compare 256 1024 --shared-mib-per-s 2000");
-  auto options = std::make_shared<JobPlanOptions>();
+  const auto [command, options] = AddCommand<JobPlanOptions>(
+      job, line, PlanJobOf, "plan",
+      "Predict what a job will take on a cluster: core-hours, wall time, memory and bytes, how "
+      "many frames a task should have, and what limits. Registers some of its frames on this "
+      "machine first, whose results are not kept.",
+      "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 1000\n"
+      "  weft job plan DUMP --rig rig.json --board board.png --template shirt --cores 64 "
+      "--compare 256 1024 --shared-mib-per-s 2000");
   v1::RegistrationSpec& spec = options->spec;
   AddRequired(*command, "dump DUMP", *spec.mutable_dump(), "As of `weft register`");
   AddRequired(*command, "--rig FILE", *spec.mutable_rig(), "The cameras, rig.json");
@@ -131,7 +127,6 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
             "Folder for the results of the pilot; best where the job's will lie, for their speed");
   AddClusterOptions(*command, options->request);
   command->add_flag("--json", options->json, "Print JSON (weft.v1.JobPlan)");
-  RunWith(*command, line, options, PlanJobOf);
 }
 
 }  // namespace weft

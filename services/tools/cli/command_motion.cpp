@@ -1,14 +1,12 @@
 // weft motion: what a person does, for `weft simulate`.
 #include <cstdio>
 #include <map>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "base/status_macros.h"
 #include "figure/body_sides.h"
 #include "figure/motion_generator.h"
 #include "figure/retarget.h"
@@ -16,7 +14,6 @@
 #include "services/formats/figure/motion_file.h"
 #include "services/formats/figure/motion_strip.h"
 #include "services/formats/files/atomic_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 
 namespace weft {
@@ -102,12 +99,18 @@ absl::Status ImportMotionFile(const MotionImportOptions& options) {
   return absl::OkStatus();
 }
 
-void ListMotionKinds() {
+absl::Status ListMotionKinds() {
   for (const MotionKindInfo& info : MotionKinds())
     std::printf("%-10s %s\n", std::string(info.name).c_str(), std::string(info.about).c_str());
+  return absl::OkStatus();
 }
 
-absl::Status ShowMotion(const std::string& path, const std::string& picture) {
+struct MotionShowOptions {
+  std::string motion, picture;
+};
+
+absl::Status ShowMotion(const MotionShowOptions& options) {
+  const auto& [path, picture] = options;
   WEFT_ASSIGN_OR_RETURN(const Motion motion, ReadMotion(path));
   std::printf("%s: %.2f s, %zu poses at %g a second, hash %s\n", path.c_str(), motion.DurationS(),
               motion.poses.size(), motion.fps, MotionHash(motion).c_str());
@@ -129,78 +132,64 @@ std::string KindsText() {
 }
 
 void AddMotionMake(CLI::App& motion, CommandLine& line) {
-  CLI::App* make = AddCommand(motion, "make", "Make a motion from a kind and a seed.",
-                              "  weft motion make --kind mixed --seconds 60 --seed 3 --out mixed.motion");
-  auto options = std::make_shared<MotionMakeOptions>();
+  const auto [make, options] = AddCommand<MotionMakeOptions>(
+      motion, line, MakeMotionFile, "make", "Make a motion from a kind and a seed.",
+      "  weft motion make --kind mixed --seconds 60 --seed 3 --out mixed.motion");
   AddOption(*make, "--kind NAME", options->kind, KindsText());
   AddOption(*make, "--seconds S", options->motion.seconds, "How long it is, up to 3600");
   AddOption(*make, "--fps HZ", options->motion.fps,
             "Poses a second, 24 to 240; cameras may have another rate");
   AddOption(*make, "--seed S", options->motion.seed, "Phases, sizes and order follow from it");
   AddRequired(*make, "--out FILE", options->out, "The file to write, NAME.motion");
-  make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
 }
 
 void AddMotionImport(CLI::App& motion, CommandLine& line) {
-  CLI::App* import_command = AddCommand(
-      motion, "import",
+  const auto [import_command, imported] = AddCommand<MotionImportOptions>(
+      motion, line, ImportMotionFile, "import",
       "Turn motion capture (BVH) into a motion of our skeleton: on the ground, at the size of an average "
       "person, looking to the front at first. Joints are matched by the names in common use, and listed.",
       "  weft motion import walk.bvh --out walk.motion\n"
       "  weft motion import odd.bvh --joint pelvis=Base --joint chest=Rib2 --out odd.motion");
-  auto imported = std::make_shared<MotionImportOptions>();
   AddRequired(*import_command, "bvh FILE", imported->bvh, "The file to read");
   AddOption(*import_command, "--joint OURS=THEIRS", imported->joints,
             "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
             "\"Left\" is the side that a viewer in front sees on the left");
   AddOption(*import_command, "--up AXIS", imported->up,
             "The axis of the file that points up; found by how the person stands where it is not given");
-  import_command
-      ->add_option(
-          "--angles", imported->angles,
-          "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes somewhere")
-      ->check(OneOf({"auto", "degrees", "radians"}));
-  import_command
-      ->add_option("--sides", imported->sides,
-                   "Left and right: as the file names them, exchanged, or auto, which refuses a person whose "
-                   "knees bend forwards and whose toes point backwards")
-      ->check(OneOf({"auto", "as-named", "exchanged"}));
+  AddOption(
+      *import_command, "--angles UNIT", imported->angles,
+      "What angles are; auto: degrees, or radians where none is above 2 pi and the person goes somewhere",
+      OneOf({"auto", "degrees", "radians"}));
+  AddOption(*import_command, "--sides KIND", imported->sides,
+            "Left and right: as the file names them, exchanged, or auto, which refuses a person whose knees "
+            "bend forwards and whose toes point backwards",
+            OneOf({"auto", "as-named", "exchanged"}));
   AddRequired(*import_command, "--out FILE", imported->out, "The file to write, NAME.motion");
-  RunWith(*import_command, line, imported, ImportMotionFile);
 }
 
 void AddMotionList(CLI::App& motion, CommandLine& line) {
   CLI::App* list =
       AddCommand(motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
-  list->callback([&line] {
-    line.run = [] {
-      ListMotionKinds();
-      return absl::OkStatus();
-    };
-  });
+  list->callback([&line] { line.run = ListMotionKinds; });
 }
 
 void AddMotionShow(CLI::App& motion, CommandLine& line) {
-  CLI::App* show =
-      AddCommand(motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
-                 "  weft motion show walk.motion --picture walk.svg");
-  auto path = std::make_shared<std::string>();
-  auto picture = std::make_shared<std::string>();
-  AddRequired(*show, "motion FILE", *path, "A motion");
-  AddOption(*show, "--picture FILE", *picture, "Also draw it as a strip of figures (SVG)");
-  show->callback(
-      [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
+  const auto [show, options] = AddCommand<MotionShowOptions>(
+      motion, line, ShowMotion, "show",
+      "Show what a motion holds: length, and how far and fast each joint turns.",
+      "  weft motion show walk.motion --picture walk.svg");
+  AddRequired(*show, "motion FILE", options->motion, "A motion");
+  AddOption(*show, "--picture FILE", options->picture, "Also draw it as a strip of figures (SVG)");
 }
 
 }  // namespace
 
 void AddMotionCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* motion = AddCommand(
-      app, "motion", "Motions of a person, who wears the garment that `weft simulate` films.",
-      "  weft motion make --kind walk --seconds 20 --out walk.motion\n"
-      "  weft motion show walk.motion --picture walk.svg\n"
-      "  weft simulate --preset tshirt --motion walk.motion --no-pictures --frames 600 --out take");
-  motion->require_subcommand(1);
+  CLI::App* motion =
+      AddGroup(app, "motion", "Motions of a person, who wears the garment that `weft simulate` films.",
+               "  weft motion make --kind walk --seconds 20 --out walk.motion\n"
+               "  weft motion show walk.motion --picture walk.svg\n"
+               "  weft simulate --preset tshirt --motion walk.motion --no-pictures --frames 600 --out take");
   AddMotionMake(*motion, line);
   AddMotionImport(*motion, line);
   AddMotionList(*motion, line);

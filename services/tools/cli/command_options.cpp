@@ -1,16 +1,13 @@
 // weft options: every option of the pipeline, its value, its range and what it means.
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "base/status_macros.h"
 #include "services/formats/options/option_range.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
@@ -94,24 +91,22 @@ absl::Status ShowOptions(const OptionsCommandOptions& options) {
 }  // namespace
 
 void AddOptionsCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(app, "options",
-                 "List the options of the pipeline: value, default, unit, range and meaning of each. They "
-                 "are set by --config and --set of `weft decode`, `register`, `align` and `template build`: "
-                 "the preset first, then the files, then the settings. report.json of a frame, job.json and "
-                 "--json repeat those that were in force.",
-                 "  weft options triangulation\n"
-                 "  weft options sigma_mm --preset paper\n"
-                 "  weft options --set triangulation.consensus.inlier_radius_mm=1.5 --file > studio.txtpb\n"
-                 "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
-                 "--config studio.txtpb");
-  auto options = std::make_shared<OptionsCommandOptions>();
+  const auto [command, options] = AddCommand<OptionsCommandOptions>(
+      app, line, ShowOptions, "options",
+      "List the options of the pipeline: value, default, unit, range and meaning of each. They "
+      "are set by --config and --set of `weft decode`, `register`, `align` and `template build`: "
+      "the preset first, then the files, then the settings. report.json of a frame, job.json and "
+      "--json repeat those that were in force.",
+      "  weft options triangulation\n"
+      "  weft options sigma_mm --preset paper\n"
+      "  weft options --set triangulation.consensus.inlier_radius_mm=1.5 --file > studio.txtpb\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--config studio.txtpb");
   AddOption(*command, "name NAME", options->names, "Only options whose path contains this");
   AddOption(*command, "--preset NAME", options->preset, "The preset to begin with", OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   auto* file = command->add_flag("--file", options->file, "Print all as a commented file for --config");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.OptionList)")->excludes(file);
-  RunWith(*command, line, options, ShowOptions);
 }
 
 }  // namespace weft

@@ -1,18 +1,15 @@
 // weft pattern: boards, before they are printed.
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "base/status_macros.h"
 #include "pattern/board/board_generation.h"
 #include "pattern/board/coding_report.h"
 #include "pattern/board/joint_board.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/coding_report_text.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -166,14 +163,13 @@ absl::Status Join(const JoinOptions& options) {
 }
 
 void AddGenerate(CLI::App& pattern, CommandLine& line) {
-  CLI::App* generate = AddCommand(
-      pattern, "generate",
+  const auto [generate, options] = AddCommand<GenerateOptions>(
+      pattern, line, Generate, "generate",
       "Make a board whose 3x3 windows are unique under rotation, and hard to mistake for each other: "
       "DIR/board.json and DIR/board.png (one pixel per cell). The same seed makes the same board.",
       "  weft pattern generate --rows 300 --cols 900 --cell-mm 2.7 --seed 1 --out shirt_board\n"
       "  weft pattern generate --rows 1200 --cols 1200 --panels panels.png --out big_board\n"
       "  weft pattern generate --rows 200 --cols 300 --apart-from shirt_board --out skirt_board");
-  auto options = std::make_shared<GenerateOptions>();
   AddRequired(*generate, "--rows N", options->board.rows, "Rows of cells");
   AddRequired(*generate, "--cols N", options->board.cols, "Columns of cells");
   AddOption(*generate, "--cell-mm MM", options->board.cell_mm, "Pitch of the cells on the cloth",
@@ -189,19 +185,17 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
   AddRequired(*generate, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*generate);
   generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
-  RunWith(*generate, line, options, Generate);
 }
 
 void AddCheck(CLI::App& pattern, CommandLine& line) {
-  CLI::App* check = AddCommand(
-      pattern, "check",
+  const auto [check, options] = AddCommand<BoardCheckOptions>(
+      pattern, line, CheckBoard, "check",
       "Check that every 3x3 window of a board is unique under rotation, and show how distinct its windows "
       "are: odds that wrong, unread or mirrored colours read as other windows, and how far the nearest other "
       "window is. Several boards are checked against each other, too: garments of them can only be filmed "
       "together where no window reads as one of another board. Exit status 2 when windows clash.",
       "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
       "  weft pattern check shirt_board --json\n  weft pattern check shirt_board skirt_board");
-  auto options = std::make_shared<BoardCheckOptions>();
   AddRequired(*check, "BOARD", options->boards,
               "board.json, or an image with one pixel per cell; one or more");
   AddOption(*check, "--limit N", options->limit, "The most clashes to list", CLI::PositiveNumber);
@@ -209,28 +203,24 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
             "Windows per size whose nearest other one is searched for", CLI::PositiveNumber);
   check->add_flag("--compare", options->compare, "Show a random board of this size beside it");
   check->add_flag("--json", options->json, "Print JSON");
-  RunWith(*check, line, options, CheckBoard);
 }
 
 void AddJoin(CLI::App& pattern, CommandLine& line) {
-  CLI::App* join = AddCommand(
-      pattern, "join",
+  const auto [join, options] = AddCommand<JoinOptions>(
+      pattern, line, Join, "join",
       "Make one board of the boards of several garments, so that a take that shows them together is decoded "
       "in one pass: DIR/board.json and its images. `weft template join` does the same for their templates.",
       "  weft pattern join shirt_board skirt_board --out outfit_board");
-  auto options = std::make_shared<JoinOptions>();
   AddRequired(*join, "BOARD", options->boards, "Two boards or more, in their order from top to bottom");
   AddRequired(*join, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*join);
-  RunWith(*join, line, options, Join);
 }
 
 }  // namespace
 
 void AddPatternCommand(CLI::App& app, CommandLine& line) {
   CLI::App* pattern =
-      AddCommand(app, "pattern", "Make, check and print boards, the printed pattern of the cloth", "");
-  pattern->require_subcommand(1);
+      AddGroup(app, "pattern", "Make, check and print boards, the printed pattern of the cloth");
   AddGenerate(*pattern, line);
   AddCheck(*pattern, line);
   AddJoin(*pattern, line);

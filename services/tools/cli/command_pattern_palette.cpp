@@ -1,16 +1,13 @@
 // weft pattern palette: how well printed inks separate under a light.
 #include <cstdio>
-#include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
 #include "pattern/image/ink_palette.h"
 #include "services/formats/files/board_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/print/palette_picture.h"
 #include "services/tools/cli/commands.h"
 
@@ -126,14 +123,13 @@ absl::Status Palette(const PaletteCommandOptions& options) {
 }  // namespace
 
 void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
-  CLI::App* palette =
-      AddCommand(pattern, "palette",
-                 "From a photograph under the studio's light: how well the printed inks separate, and which "
-                 "to change. Distances of two inks are in units of their scatter; below 4 they are easily "
-                 "mistaken for each other, above 6 hardly ever.",
-                 "  weft pattern palette cloth.png --board shirt_board --picture inks.png\n"
-                 "  weft pattern palette head.jpg --swatches 212 340 1544 361");
-  auto options = std::make_shared<PaletteCommandOptions>();
+  const auto [palette, options] = AddCommand<PaletteCommandOptions>(
+      pattern, line, Palette, "palette",
+      "From a photograph under the studio's light: how well the printed inks separate, and which "
+      "to change. Distances of two inks are in units of their scatter; below 4 they are easily "
+      "mistaken for each other, above 6 hardly ever.",
+      "  weft pattern palette cloth.png --board shirt_board --picture inks.png\n"
+      "  weft pattern palette head.jpg --swatches 212 340 1544 361");
   AddRequired(*palette, "PHOTO", options->photo, "A photograph of the print, not white-balanced by pieces");
   AddOption(*palette, "--board BOARD", options->board, "The board that it shows: its cells are the samples");
   palette
@@ -143,7 +139,6 @@ void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line) {
       ->type_name("X Y X Y");
   AddOption(*palette, "--picture FILE.png", options->picture, "Write the table as a picture");
   palette->add_flag("--json", options->json, "Print JSON");
-  RunWith(*palette, line, options, Palette);
 }
 
 }  // namespace weft

@@ -1,10 +1,7 @@
 // weft pattern print: a board as a print file.
 #include <cstdio>
-#include <memory>
 
-#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/print/print_file.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -80,8 +77,8 @@ absl::Status Print(const PrintCommandOptions& options, bool quiet) {
 }  // namespace
 
 void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
-  CLI::App* print = AddCommand(
-      pattern, "print",
+  const auto [print, options] = AddCommand<PrintCommandOptions>(
+      pattern, line, Print, "print",
       "Write a board as a print file in true mm. Boards wider than the fabric come in tiles that overlap, "
       "with crosses that come to lie upon each other; boards with panels come panel by panel, with seam and "
       "cut lines. Each page has swatches of the inks and bars of known length at its head: measure them on "
@@ -90,7 +87,6 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
       "  weft pattern print board.png --cell-mm 2.7 --out board.tif --dpi 360 --page-width-mm 900 "
       "--page-height-mm 1200\n"
       "  weft pattern print shirt_board --panels panels.png --seam-allowance-mm 12 --out panels.svg");
-  auto options = std::make_shared<PrintCommandOptions>();
   AddRequired(*print, "BOARD", options->board, "board.json, its folder, or an image with one pixel per cell");
   AddRequired(*print, "--out FILE", options->out,
               "FILE.pdf (all pages), FILE.svg or FILE.tif (one file per page)");
@@ -111,7 +107,6 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
   print->add_flag("--whole", options->whole, "The whole board, even where it has panels");
   AddOption(*print, "--dpi N", options->file.dpi, "Resolution of TIFF", CLI::PositiveNumber);
   print->add_flag("--json", options->json, "Print JSON");
-  RunWith(*print, line, options, Print);
 }
 
 }  // namespace weft

@@ -8,7 +8,6 @@
 #include "base/length_unit.h"
 #include "base/named_status.h"
 #include "base/path_facts.h"
-#include "base/status_macros.h"
 #include "capture/rig/colmap_text.h"
 #include "capture/rig/foreign_rig.h"
 #include "capture/rig/krt.h"
@@ -16,7 +15,6 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/text_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -170,26 +168,23 @@ absl::Status ExportRig(const ExportOptions& options) {
 }
 
 void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(rig, "export",
-                                 "Write a rig.json for other programs: KRT, OpenCV's YAML, or COLMAP's text "
-                                 "model (a folder, FULL_OPENCV cameras, lengths in mm).",
-                                 "  weft rig export rig.json --format opencv --out cameras.yml\n"
-                                 "  weft rig export rig.json --format colmap --out sparse");
-  auto options = std::make_shared<ExportOptions>();
+  const auto [command, options] =
+      AddCommand<ExportOptions>(rig, line, ExportRig, "export",
+                                "Write a rig.json for other programs: KRT, OpenCV's YAML, or COLMAP's text "
+                                "model (a folder, FULL_OPENCV cameras, lengths in mm).",
+                                "  weft rig export rig.json --format opencv --out cameras.yml\n"
+                                "  weft rig export rig.json --format colmap --out sparse");
   AddRequired(*command, "rig FILE", options->rig, "The rig.json");
-  command->add_option("--format", options->format, "krt, opencv or colmap")
-      ->required()
+  AddRequired(*command, "--format FORMAT", options->format, "krt, opencv or colmap")
       ->check(OneOf({"krt", "opencv", "colmap"}));
   AddRequired(*command, "--out PATH", options->out, "File, or folder for colmap");
-  RunWith(*command, line, options, ExportRig);
 }
 
 }  // namespace
 
 void AddRigCommand(CLI::App& app, CommandLine& line) {
   CLI::App* rig =
-      AddCommand(app, "rig", "Make, convert or choose a rig.json: the calibrated cameras of a studio", "");
-  rig->require_subcommand(1);
+      AddGroup(app, "rig", "Make, convert or choose a rig.json: the calibrated cameras of a studio");
 
   AddImportCommand(*rig, line);
   AddRigExportCommand(*rig, line);

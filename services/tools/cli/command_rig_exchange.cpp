@@ -1,6 +1,5 @@
 // weft rig exchange: another camera, or its lens, in the place of one.
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,10 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "capture/rig/exchange_cameras.h"
 #include "services/formats/files/rig_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
 
@@ -68,12 +65,11 @@ absl::Status Exchange(const ExchangeOptions& options) {
 }  // namespace
 
 void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      rig, "exchange",
+  const auto [command, options] = AddCommand<ExchangeOptions>(
+      rig, line, Exchange, "exchange",
       "Exchange cameras of a rig whose cables or names were exchanged, as a verdict says. Each of them gets "
       "the place and the lens of the next one, the last those of the first. Register again with the new rig.",
       "  weft rig exchange rig.json c03 c07 --out exchanged.json");
-  auto options = std::make_shared<ExchangeOptions>();
   AddRequired(*command, "rig FILE", options->rig, "The rig.json");
   AddRequired(*command, "cameras CAMERA", options->cameras, "Two cameras, or more in a ring");
   command->add_option("--only", options->part, "Exchange this part alone; the verdict says where it is one")
@@ -81,7 +77,6 @@ void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
       ->default_val("camera");
   AddRequired(*command, "--out FILE", options->out, "The rig.json to write");
   options->guard.AddTo(*command);
-  RunWith(*command, line, options, Exchange);
 }
 
 }  // namespace weft

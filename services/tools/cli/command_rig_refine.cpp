@@ -1,11 +1,8 @@
 // weft rig refine: a rig as its takes show it.
 #include <cstdio>
-#include <memory>
 #include <string>
 
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/calibration/refine_rig.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -52,8 +49,8 @@ absl::Status Refine(const RefineOptions& options, bool quiet) {
 }  // namespace
 
 void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      rig, "refine",
+  const auto [command, options] = AddCommand<RefineOptions>(
+      rig, line, Refine, "refine",
       "Correct the poses of a rig by the cloth itself, when a camera was knocked after calibration. Takes "
       "the cells that a registration decoded (weft register --observations), triangulates them anew and "
       "adjusts cameras and cells together. Lenses stay as they were calibrated; world and scale are kept by "
@@ -61,7 +58,6 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       "with exchanged cameras, no rig is written.",
       "  weft rig refine result --rig rig.json --out refined.json\n"
       "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
-  auto options = std::make_shared<RefineOptions>();
   RefinementRequest& request = options->request;
   AddRequired(*command, "result RESULT", request.result, "What weft register --observations wrote");
   AddRequired(*command, "--rig FILE", request.rig, "The rig.json that the take was registered with");
@@ -83,7 +79,6 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
             "Tolerance for the position of cameras that did not move", CLI::PositiveNumber);
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigRefinementReport)");
-  RunWith(*command, line, options, Refine);
 }
 
 }  // namespace weft

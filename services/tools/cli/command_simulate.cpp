@@ -14,14 +14,12 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/figure/body_file.h"
 #include "services/formats/figure/motion_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/formats/synthetic/cloth_writer.h"
 #include "services/formats/synthetic/take_writer.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -96,25 +94,23 @@ std::string RecipeOf(const SimulateOptions& options, const SyntheticTakeOptions&
   return out;
 }
 
+// Nothing is half-written yet, so there is nothing to clear away.
+void ShowCloth(double share, StageBars& bars, const std::stop_token& stop) {
+  if (stop.stop_requested()) kill(getpid(), SIGINT);
+  bars.SetShare("cloth ", share);
+}
+
 // Takes without pictures.
 absl::Status SimulateCloth(const std::string& out, const SyntheticTakeOptions& setup,
                            const TakeFolder& folder, bool quiet, const std::stop_token& stop) {
   const Stopwatch watch;
-  absl::StatusOr<ClothSummary> summary;
-  {
-    StageBars bars(quiet);
-    summary = WriteClothTake(
-        setup, folder,
-        [&](double share) {
-          // Nothing is half-written yet, so there is nothing to clear away.
-          if (stop.stop_requested()) kill(getpid(), SIGINT);
-          bars.SetShare("cloth ", share);
-        },
-        [&](int done) {
-          bars.Set("motion", static_cast<uint64_t>(done), static_cast<uint64_t>(setup.performance.frames));
-        },
-        stop);
-  }
+  const auto work = [&](StageBars& bars) {
+    const auto frames = static_cast<uint64_t>(setup.performance.frames);
+    return WriteClothTake(
+        setup, folder, [&](double share) { ShowCloth(share, bars, stop); },
+        [&](int done) { bars.Set("motion", static_cast<uint64_t>(done), frames); }, stop);
+  };
+  const absl::StatusOr<ClothSummary> summary = WithStageBars(quiet, 0, work);
   if (!summary.ok()) return summary.status();
   const int made = summary->frames - summary->resumed_at;
   std::printf("%s: %d frames of %d vertices, %.1f KiB a frame; %d frames made now in %.1f s\n", out.c_str(),
@@ -145,11 +141,7 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
     StageBars bars(quiet);
-    take = SyntheticTake::Make(setup, [&](double share) {
-      // Nothing is half-written yet, so there is nothing to clear away.
-      if (stop.token().stop_requested()) kill(getpid(), SIGINT);
-      bars.SetShare("cloth ", share);
-    });
+    take = SyntheticTake::Make(setup, [&](double share) { ShowCloth(share, bars, stop.token()); });
   }
   if (!take->ok()) return take->status();
   absl::StatusOr<TakeSummary> summary;
@@ -320,15 +312,14 @@ std::string PresetText() {
 }  // namespace
 
 void AddSimulateCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "simulate",
+  const auto [command, options] = AddCommand<SimulateOptions>(
+      app, line, Simulate, "simulate",
       "Film a synthetic garment: a printed cloth in motion before calibrated cameras, with ground truth. The "
       "folder is a dump that `weft register` takes, with its rig, board and template beside it.",
       "  weft simulate --preset quickstart --out take\n"
       "  weft register take --rig take/rig.json --board take/board.json --template take/template --out "
       "result --observations\n"
       "  weft evaluate result --truth take/truth");
-  auto options = std::make_shared<SimulateOptions>();
   AddOption(*command, "--preset NAME", options->preset, PresetText());
   AddRequired(*command, "--out DIR", options->out,
               "The folder to write, new or empty; a take that was stopped is resumed when the same command "
@@ -351,7 +342,6 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
   AddRigOptions(changes);
   AddLensOptions(changes);
   AddSensorOptions(changes);
-  RunWith(*command, line, options, Simulate);
 }
 
 }  // namespace weft

@@ -1,10 +1,7 @@
 // weft split: the result of a take with several garments, each by itself.
 #include <cstdio>
-#include <memory>
 #include <string>
 
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/progress.h"
@@ -32,15 +29,13 @@ absl::Status Split(const SplitOptions& options) {
 }  // namespace
 
 void AddSplitCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "split",
+  const auto [command, options] = AddCommand<SplitOptions>(
+      app, line, Split, "split",
       "Take the result of a joint template apart: DIR/GARMENT is a result of each garment by itself, with "
       "its own template, which weft evaluate, export and the Blender add-on read like any other.",
       "  weft split result --out garments\n  weft evaluate garments/shirt");
-  auto options = std::make_shared<SplitOptions>();
   AddRequired(*command, "RESULT", options->result, "The --out folder of weft register");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
-  RunWith(*command, line, options, Split);
 }
 
 }  // namespace weft

@@ -3,8 +3,6 @@
 #include <memory>
 
 #include "absl/strings/str_join.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/installation_options.h"
 #include "services/tools/installation/support_bundle.h"
@@ -23,12 +21,10 @@ void AddSupportCommand(CLI::App& app, CommandLine& line) {
   AddOption(*support, "--log-lines N", options->journal_lines, "How much of the service's log",
             CLI::Range(0, 1000000));
   AddInstallationOptions(*support, options->installation);
-  support->callback([options, &line] {
-    line.run = [options] {
-      WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, WriteSupportBundle(*options));
-      std::printf("%s has %s\n", options->out.c_str(), absl::StrJoin(names, ", ").c_str());
-      return absl::OkStatus();
-    };
+  RunWith(*support, line, options, [](const SupportOptions& asked) -> absl::Status {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, WriteSupportBundle(asked));
+    std::printf("%s has %s\n", asked.out.c_str(), absl::StrJoin(names, ", ").c_str());
+    return absl::OkStatus();
   });
 }
 

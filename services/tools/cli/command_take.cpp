@@ -2,9 +2,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_speed.h"
 #include "services/studio/recording/take_file.h"
@@ -69,8 +67,7 @@ absl::Status RunDiskTest(const TakeCommandOptions& options) {
 }  // namespace
 
 void AddTakeCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* take = AddCommand(app, "take", "Record takes; show, check, repair and copy them", "");
-  take->require_subcommand(1);
+  CLI::App* take = AddGroup(app, "take", "Record takes; show, check, repair and copy them");
   const auto options = std::make_shared<TakeCommandOptions>();
   const auto add = [&](const char* name, const char* description, const char* example) {
     CLI::App* command = AddCommand(*take, name, description, example);

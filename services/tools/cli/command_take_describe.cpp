@@ -1,6 +1,5 @@
 // weft take describe, search: what takes are called on the set, and which ones have it in their words.
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,8 +8,6 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/path_facts.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/recording/take_description.h"
 #include "services/studio/recording/take_words.h"
 #include "services/tools/cli/commands.h"
@@ -93,9 +90,8 @@ absl::Status SearchHere(const SearchOptions& options) {
 }  // namespace
 
 void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
-  const auto described = std::make_shared<DescribeOptions>();
-  CLI::App* describe = AddCommand(
-      take, "describe",
+  const auto [describe, described] = AddCommand<DescribeOptions>(
+      take, line, DescribeHere, "describe",
       "Say what a take is called on the set, and what else should be known of it. What is not given "
       "stays, and an empty text takes away what was said. It stands in take.json, and `weft take info`, "
       "`list` and `search`, reports and the console show it.",
@@ -103,10 +99,10 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
       "  weft take describe take:20260131-104500-1a2b3c4d --slate 12B --server 127.0.0.1:7411");
   AddRequired(*describe, "TAKE", described->take, "Folder of the take; with --server, its id");
   // CLI11 takes an empty text for an option that is not given, and it is one: the text goes away.
-  const auto add_text = [&](const char* name, std::optional<std::string>& text, const char* about) {
-    describe
-        ->add_option_function<std::string>(
-            name, [to = &text](const std::string& given) { *to = given; }, about)
+  const auto add_text = [to = describe](const char* name, std::optional<std::string>& text,
+                                        const char* about) {
+    to->add_option_function<std::string>(
+          name, [place = &text](const std::string& given) { *place = given; }, about)
         ->type_name("TEXT");
   };
   add_text("--slate", described->slate, "A line");
@@ -114,18 +110,15 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   add_text("--notes", described->notes, "Up to 4096 bytes, in lines");
   AddServerOption(*describe, described->server, "HOST:PORT of the daemon that has the take");
   describe->add_flag("--json", described->json, "Print JSON");
-  RunWith(*describe, line, described, DescribeHere);
 
-  const auto searched = std::make_shared<SearchOptions>();
-  CLI::App* search =
-      AddCommand(take, "search",
-                 "List the takes in a folder in whose slate, name, notes, id, timecode, origin or path all "
-                 "words stand, whatever their case. A daemon's: `weft take list --search`.",
-                 "  weft take search 12A walk --in /data/takes");
+  const auto [search, searched] = AddCommand<SearchOptions>(
+      take, line, SearchHere, "search",
+      "List the takes in a folder in whose slate, name, notes, id, timecode, origin or path all "
+      "words stand, whatever their case. A daemon's: `weft take list --search`.",
+      "  weft take search 12A walk --in /data/takes");
   AddOption(*search, "WORDS", searched->words, "None: all takes");
   AddOption(*search, "--in DIR", searched->folder, "A folder with takes in it, or in its folders");
   search->add_flag("--json", searched->json, "Print take.json of each (weft.v1.Take)");
-  RunWith(*search, line, searched, SearchHere);
 }
 
 }  // namespace weft

@@ -12,9 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/disk_check.h"
 #include "services/studio/recording/live_recording.h"
@@ -112,15 +110,15 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
 }  // namespace
 
 void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
-  const auto options = std::make_shared<RecordCommandOptions>();
-  CLI::App* record = AddCommand(take, "record",
-                                "Record the cameras of a session into a new take, until the time is over or "
-                                "Ctrl-C; then give a verdict, what was recorded, why frames are missing, and "
-                                "what to do next. Exit status 1 when the verdict is bad. Measures before "
-                                "whether the disk keeps up with the cameras, and refuses where it does not.",
-                                "  weft take record --session session.json --out take --seconds 60\n"
-                                "  weft take record --session session.json --out take --preview look --board "
-                                "board.json --template shirt");
+  const auto [record, options] = AddCommand<RecordCommandOptions>(
+      take, line, Record, "record",
+      "Record the cameras of a session into a new take, until the time is over or "
+      "Ctrl-C; then give a verdict, what was recorded, why frames are missing, and "
+      "what to do next. Exit status 1 when the verdict is bad. Measures before "
+      "whether the disk keeps up with the cameras, and refuses where it does not.",
+      "  weft take record --session session.json --out take --seconds 60\n"
+      "  weft take record --session session.json --out take --preview look --board "
+      "board.json --template shirt");
   AddRequired(*record, "--session FILE", options->session, "session.json with cameras, rate and tolerance");
   AddRequired(*record, "--out DIR", options->out, "Folder of the new take");
   AddOption(*record, "--seconds S", options->seconds, "How long; 0: until Ctrl-C", CLI::NonNegativeNumber);
@@ -128,7 +126,6 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   record->add_flag("--no-disk-test", options->no_disk_test,
                    "Do not measure first whether the disk keeps up with the cameras");
   record->add_flag("--json", options->json, "Print JSON (weft.v1.TakeInfo)");
-  RunWith(*record, line, options, Record);
 }
 
 }  // namespace weft

@@ -7,8 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/recording/replay_take.h"
 #include "services/tools/cli/commands.h"
@@ -97,17 +95,16 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
 }  // namespace
 
 void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
-  const auto options = std::make_shared<ReplayCommandOptions>();
-  CLI::App* replay =
-      AddCommand(take, "replay",
-                 "Play a take again, every frame with the bytes and times that it was recorded with: at the "
-                 "recorded speed, slower or faster, as fast as the disk is, or set by set. Says how late "
-                 "frame sets came, and a checksum that is the same for every replay of the same sets.",
-                 "  weft take replay take\n"
-                 "  weft take replay take --fastest --frames 100:200\n"
-                 "  weft take replay take --step          (Enter: the next frame set; q: the end)\n"
-                 "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
-                 "  weft take replay take --preview look --board board.json --template shirt");
+  const auto [replay, options] = AddCommand<ReplayCommandOptions>(
+      take, line, RunReplay, "replay",
+      "Play a take again, every frame with the bytes and times that it was recorded with: at the "
+      "recorded speed, slower or faster, as fast as the disk is, or set by set. Says how late "
+      "frame sets came, and a checksum that is the same for every replay of the same sets.",
+      "  weft take replay take\n"
+      "  weft take replay take --fastest --frames 100:200\n"
+      "  weft take replay take --step          (Enter: the next frame set; q: the end)\n"
+      "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
+      "  weft take replay take --preview look --board board.json --template shirt");
   AddRequired(*replay, "TAKE", options->take, "Folder of the take");
   CLI::Option* speed =
       AddOption(*replay, "--speed X", options->speed, "Times the recorded speed", CLI::PositiveNumber);
@@ -119,7 +116,6 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
   AddPreviewOptions(*replay, options->preview);
   replay->add_flag("--list", options->list, "A line per frame set");
   replay->add_flag("--json", options->json, "Print JSON (weft.v1.TakeReplay); the list goes to stderr");
-  RunWith(*replay, line, options, RunReplay);
 }
 
 }  // namespace weft

@@ -1,11 +1,8 @@
 // weft take sync: did the cameras of a take keep together?
-#include <memory>
 #include <string>
 
-#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/recording/sync_report.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -32,17 +29,15 @@ absl::Status Sync(const SyncCommandOptions& options) {
 }  // namespace
 
 void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
-  const auto options = std::make_shared<SyncCommandOptions>();
-  CLI::App* sync =
-      AddCommand(take, "sync",
-                 "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of "
-                 "their clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings "
-                 "name what to do. Exit status 1 when the verdict is bad.",
-                 "  weft take sync take --report sync.html");
+  const auto [sync, options] = AddCommand<SyncCommandOptions>(
+      take, line, Sync, "sync",
+      "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of "
+      "their clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings "
+      "name what to do. Exit status 1 when the verdict is bad.",
+      "  weft take sync take --report sync.html");
   AddRequired(*sync, "TAKE", options->take, "Folder of the take");
   AddOption(*sync, "--report FILE", options->report, "Write a page with plots over the take");
   sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");
-  RunWith(*sync, line, options, Sync);
 }
 
 }  // namespace weft

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -12,12 +11,10 @@
 #include "alignment/template_check.h"
 #include "base/length_unit.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/obj_file.h"
 #include "services/formats/files/text_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -154,8 +151,7 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
 }
 
 void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
-  AddOption(command, "--unit UNIT", options.unit, "Unit of the mesh's coordinates", OneLengthUnit())
-      ->capture_default_str();
+  AddOption(command, "--unit UNIT", options.unit, "Unit of the mesh's coordinates", OneLengthUnit());
   command.add_flag("--allow-scale", options.allow_scale,
                    "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
   command.add_flag("--turn-faces", options.turn_faces,
@@ -166,20 +162,18 @@ void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
 }  // namespace
 
 void AddTemplateCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* garment = AddCommand(app, "template",
-                                 "Make a garment's template: its mesh and the board cell of each vertex", "");
-  garment->require_subcommand(1);
+  CLI::App* garment =
+      AddGroup(app, "template", "Make a garment's template: its mesh and the board cell of each vertex");
   AddTemplateBuildCommand(*garment, line);
   AddTemplateCheckCommand(*garment, line);
   AddTemplateJoinCommand(*garment, line);
-  CLI::App* command = AddCommand(
-      *garment, "import",
+  const auto [command, options] = AddCommand<TemplateImportOptions>(
+      *garment, line, ImportTemplateFiles, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
       "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (and DIR/corners.txt). Nothing is written when they "
       "do not fit: vertices in another order than the map, a mirrored mesh or map, another size than the "
       "print.",
       "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
-  auto options = std::make_shared<TemplateImportOptions>();
   AddRequired(*command, "--mesh FILE", options->mesh,
               "The garment at rest: triangles, PLY or OBJ, vertices in the order of the map");
   AddRequired(*command, "--cells FILE", options->cells,
@@ -196,7 +190,6 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
             "surface, is refused",
             CLI::Range(-1, 100));
   AddCheckOptions(*command, *options);
-  RunWith(*command, line, options, ImportTemplateFiles);
 }
 
 }  // namespace weft

@@ -1,16 +1,13 @@
 // weft template check: is a template the garment that was meant?
 #include <cstdio>
-#include <memory>
 #include <string>
 
 #include "absl/strings/str_format.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/print_verdict.h"
@@ -69,21 +66,19 @@ absl::Status CheckTemplate(const TemplateCheckOptions& options) {
 }  // namespace
 
 void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      garment, "check",
+  const auto [command, options] = AddCommand<TemplateCheckOptions>(
+      garment, line, CheckTemplate, "check",
       "Check a template: files that belong together, a clean surface (every edge with one or two faces that "
       "run the same way round and show the printed side), vertices that lie on the mesh as on the board, "
       "edges as long as on the print, seams and openings as template.json lists them. Prints what it is.",
       "  weft template check shirt --openings 4\n"
       "  weft template check shirt --board board.json --json");
-  auto options = std::make_shared<TemplateCheckOptions>();
   AddRequired(*command, "template DIR", options->folder, "Folder of the template, or its template.json");
   AddOption(*command, "--board BOARD", options->board, "Board that it must have been sewn from");
   AddOption(*command, "--openings N", options->openings,
             "Openings that the garment must have; -1: as many as its builder expected, if said",
             CLI::Range(-1, 100));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
-  RunWith(*command, line, options, CheckTemplate);
 }
 
 }  // namespace weft

@@ -1,16 +1,13 @@
 // weft template join: the garments of one take as one template.
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "alignment/joint_template.h"
 #include "alignment/template_check.h"
-#include "base/status_macros.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/template_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/output_guard.h"
@@ -58,21 +55,19 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
 }  // namespace
 
 void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(garment, "join",
-                 "Make one template of the garments that a take shows together. The boards that they were "
-                 "sewn from must be parts of the joint board. Meshes of all garments are registered at once, "
-                 "and do not pass through each other; exports and evaluation show them together and apart.",
-                 "  weft pattern join skirt_board shirt_board --out outfit_board\n"
-                 "  weft template join skirt shirt --board outfit_board --out outfit");
-  auto options = std::make_shared<TemplateJoinOptions>();
+  const auto [command, options] = AddCommand<TemplateJoinOptions>(
+      garment, line, JoinTemplateFiles, "join",
+      "Make one template of the garments that a take shows together. The boards that they were "
+      "sewn from must be parts of the joint board. Meshes of all garments are registered at once, "
+      "and do not pass through each other; exports and evaluation show them together and apart.",
+      "  weft pattern join skirt_board shirt_board --out outfit_board\n"
+      "  weft template join skirt shirt --board outfit_board --out outfit");
   AddRequired(*command, "TEMPLATE", options->templates,
               "Folders of two templates or more, from the innermost garment to the outermost");
   AddRequired(*command, "--board BOARD", options->board, "The joint board of `weft pattern join`");
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
   AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
-  RunWith(*command, line, options, JoinTemplateFiles);
 }
 
 }  // namespace weft

@@ -7,10 +7,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/tools/cli/command_line.h"
 #include "services/tools/cli/json_output.h"
@@ -20,70 +18,51 @@
 namespace weft {
 namespace {
 
-constexpr char kAvatarGroup[] = "An avatar";
-
-// What is driven besides the avatar, and over what.
-void AddDrivenOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOptions& options) {
-  AddOption(command, "--baseline DIR", options.scoring.baseline,
-            "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there "
-            "are two cameras")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-  AddOption(command, "--cameras N,N", options.scoring.cameras,
-            "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, at "
-            "equal angles; with pictures they are chosen among those of the take",
-            CLI::Range(1, 1000))
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str()
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-  AddOption(command, "--splits NAME,NAME", options.scoring.splits,
-            "Which takes of a data set: validate, test-known, test-unseen. What is chosen by a test is no "
-            "test any more: compare avatars by validate",
-            OneOf({"train", "validate", "test-known", "test-unseen"}))
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str()
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-  AddOption(command, "--frames RANGE", options.frames,
-            "Which frames of each take, all by default: a range A:B by position, B not included, either side "
-            "may be left out; or N, the first N alone")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-}
-
-// How it is driven and looked at.
-void AddDrivingOptions(CLI::App& command, CLI::Option* avatar, EvaluateAvatarOptions& options) {
-  command
-      .add_flag("--pictures", options.scoring.films,
-                "Render and decode pictures of takes without them, instead of imitating the decoder: about "
-                "half a second of a core a picture. What imitation gives stands beside it")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-  command
-      .add_flag("--trials", options.scoring.with_trials,
-                "Drive takes without pictures also before two cameras in other places, each frame by itself, "
-                "and while one of two is dark")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
-  AddOption(command, "--meshes DIR", options.scoring.meshes,
-            "Write driven and true meshes of each frame below this folder, to be watched side by side")
-      ->needs(avatar)
-      ->group(kAvatarGroup);
+// What the avatar is driven over and by, and how it is looked at.
+std::vector<CLI::Option*> AddDrivingOptions(CLI::App& command, EvaluateAvatarOptions& options) {
+  AvatarScoring& scoring = options.scoring;
+  return {
+      AddOption(
+          command, "--baseline DIR", scoring.baseline,
+          "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there "
+          "are two cameras"),
+      AddOption(
+          command, "--cameras N,N", scoring.cameras,
+          "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, "
+          "at equal angles; with pictures they are chosen among those of the take",
+          CLI::Range(1, 1000))
+          ->delimiter(',')
+          ->allow_extra_args(false),
+      AddOption(
+          command, "--splits NAME,NAME", scoring.splits,
+          "Which takes of a data set: validate, test-known, test-unseen. What is chosen by a test is no "
+          "test any more: compare avatars by validate",
+          OneOf({"train", "validate", "test-known", "test-unseen"}))
+          ->delimiter(',')
+          ->allow_extra_args(false),
+      AddOption(command, "--frames RANGE", options.frames,
+                "Which frames of each take, all by default: a range A:B by position, B not included, either "
+                "side may be left out; or N, the first N alone"),
+      command.add_flag("--pictures", scoring.films,
+                       "Render and decode pictures of takes without them, instead of imitating the decoder: "
+                       "about half a second of a core a picture. What imitation gives stands beside it"),
+      command.add_flag("--trials", scoring.with_trials,
+                       "Drive takes without pictures also before two cameras in other places, each frame by "
+                       "itself, and while one of two is dark"),
+      AddOption(command, "--meshes DIR", scoring.meshes,
+                "Write driven and true meshes of each frame below this folder, to be watched side by side")};
 }
 
 }  // namespace
 
 void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options) {
+  constexpr char kGroup[] = "An avatar";
   CLI::Option* avatar =
       AddOption(command, "--avatar DIR", options.scoring.avatar,
                 "Drive this avatar (`weft avatar train`) over RESULT, which is then a data set or a take of "
                 "`weft simulate`, with or without pictures, and compare it with the truth")
-          ->group(kAvatarGroup);
-  AddDrivenOptions(command, avatar, options);
-  AddDrivingOptions(command, avatar, options);
+          ->group(kGroup);
+  for (CLI::Option* option : AddDrivingOptions(command, options)) option->needs(avatar)->group(kGroup);
 }
 
 absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
