@@ -7,13 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/report/driven_sigma.h"
-#include "services/tools/cli/absolute_paths.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/job_view.h"
@@ -21,7 +18,7 @@
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
-#include "services/tools/cli/remote_registration.h"
+#include "services/tools/cli/run_job.h"
 #include "services/tools/cli/upload_inputs.h"
 #include "services/work/animation/drive_inputs.h"
 #include "services/work/animation/drive_live.h"
@@ -38,9 +35,7 @@ struct DriveOptions {
   PipelineFlags pipeline;
   bool observations = false;
   int threads = 0;
-  std::string server;
-  bool upload = false, detach = false;
-  int priority = 0;
+  JobAtDaemon daemon;
   bool live = false;
   double speed = 1;
   std::string session;
@@ -51,7 +46,7 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   const std::vector<std::string> stages = {"decode"};
   WEFT_ASSIGN_OR_RETURN(const v1::PipelineOptions changes, ChangesOf(options.pipeline, stages));
   v1::RegistrationSpec spec = options.spec;
-  if (options.live && !options.server.empty()) spec.set_live_every(1);
+  if (options.live && !options.daemon.server.empty()) spec.set_live_every(1);
   v1::DrivingSpec& driving = *spec.mutable_driving();
   driving.mutable_cameras()->Add(options.cameras.begin(), options.cameras.end());
   driving.set_fps(options.fps);
@@ -121,41 +116,20 @@ absl::StatusOr<v1::Job> RunAll(const DriveOptions& options, const v1::Registrati
       stop);
 }
 
-absl::StatusOr<v1::Job> DriveAtDaemon(const DriveOptions& options, const v1::RegistrationSpec& spec,
-                                      bool quiet, const std::stop_token& stop) {
-  JobView view(quiet);
-  StageBars bars(quiet);
-  return RegisterRemotely(
-      options.server, spec, options.priority, [&view](const v1::JobUpdate& update) { view.Show(update); },
-      [&bars](size_t done, size_t total) { bars.Set("fetch", done, total); }, stop);
-}
-
-absl::Status CheckPlace(const DriveOptions& options) {
-  if (!options.server.empty() && options.live && options.upload)
-    return absl::InvalidArgumentError("--live: a take that grows cannot be sent with --upload");
-  if (!options.server.empty()) return absl::OkStatus();
-  if (options.upload)
-    return absl::InvalidArgumentError(
-        "--upload sends the inputs to a daemon, so it needs --server HOST:PORT");
-  if (options.detach)
-    return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
-  return absl::OkStatus();
-}
-
 absl::Status Drive(const DriveOptions& options, bool quiet) {
-  WEFT_RETURN_IF_ERROR(CheckPlace(options));
+  if (!options.daemon.server.empty() && options.live && options.daemon.upload)
+    return absl::InvalidArgumentError("--live: a take that grows cannot be sent with --upload");
   absl::StatusOr<v1::RegistrationSpec> spec = DriveSpecOf(options);
-  if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
+  if (spec.ok() && options.daemon.upload) spec = UploadInputs(options.daemon.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
   const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
-  if (options.detach) {
-    const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, *spec, options.priority);
-    if (job.ok()) std::printf("%s\n", job->id().c_str());
-    return job.status();
-  }
-  const auto run = !options.server.empty() ? DriveAtDaemon : options.live ? RunLive : RunAll;
-  WEFT_ASSIGN_OR_RETURN(const v1::Job job, run(options, *spec, quiet, signals.token()));
-  if (!quiet)
+  const JobRun at_daemon{*spec, "avatar drive", options.daemon.server, options.daemon.priority, {}};
+  if (options.daemon.detach) return DetachJob(at_daemon);
+  const bool is_here = options.daemon.server.empty();
+  WEFT_ASSIGN_OR_RETURN(const v1::Job job, !is_here       ? RunJob(at_daemon, quiet, signals.token())
+                                           : options.live ? RunLive(options, *spec, quiet, signals.token())
+                                                          : RunAll(options, *spec, quiet, signals.token()));
+  if (!quiet && is_here)
     for (const std::string& warning : job.warnings()) PrintWarning(warning);
   if (options.json) {
     WEFT_RETURN_IF_ERROR(PrintJsonMessage(job));
@@ -191,18 +165,6 @@ void AddDriveInputs(CLI::App& command, DriveOptions& options) {
   AddOption(command, "--fps N", options.fps,
             "Frames per second of a dump that tells no times; 0 for those of the avatar",
             CLI::NonNegativeNumber);
-}
-
-void AddDriveAtDaemon(CLI::App& command, DriveOptions& options) {
-  AddServerOption(command, options.server, "Let the daemon at HOST:PORT do the work");
-  command.add_flag("--upload", options.upload,
-                   "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; "
-                   "as `weft register --upload`");
-  AddOption(command, "--priority N", options.priority,
-            "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
-            "before everybody's, which is for operators",
-            CLI::Range(-100, 100));
-  command.add_flag("--detach", options.detach, "With --server: print the job's id and do not wait for it");
 }
 
 void AddDriveLive(CLI::App& command, DriveOptions& options) {
@@ -249,14 +211,17 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
       "board.json --template shirt --out result");
   auto options = std::make_shared<DriveOptions>();
   AddDriveInputs(*command, *options);
-  AddDriveAtDaemon(*command, *options);
+  AddJobAtDaemon(
+      *command, options->daemon,
+      "send DUMP, rig, board, template and avatar to the daemon's library first; as `weft register "
+      "--upload`");
   AddDriveLive(*command, *options);
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback([options, &line] {
-    line.writes_remotely = !options->server.empty();
+    line.writes_remotely = !options->daemon.server.empty();
     // Cameras need devices and the network, and a daemon confines its own workers.
-    if (options->server.empty() && options->session.empty()) line.confined = DriveFilesOf(*options);
+    if (options->daemon.server.empty() && options->session.empty()) line.confined = DriveFilesOf(*options);
     line.run = [options, &line] { return Drive(*options, line.quiet); };
   });
 }

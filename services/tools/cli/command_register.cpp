@@ -7,9 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "base/status_macros.h"
 #include "services/formats/options/presets.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/evaluation/evaluate_job.h"
@@ -36,10 +34,7 @@ struct RegisterOptions {
 
   v1::RegistrationSpec spec;  // its paths, its frames, and all texts of its options
   PipelineFlags pipeline;
-  std::string server;
-  bool detach = false;
-  bool upload = false;
-  int priority = 0;
+  JobAtDaemon daemon;
   int live_every = 0;
   bool observations = false;
   bool frames_alone = false;
@@ -96,7 +91,7 @@ absl::Status EvaluateOutcome(const RegisterOptions& options, bool quiet) {
 
 absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const JobRun& run, bool quiet,
                             const std::stop_token& stop) {
-  if (options.server.empty() && options.live_every > 0) {
+  if (options.daemon.server.empty() && options.live_every > 0) {
     return absl::InvalidArgumentError(
         "--live: a daemon follows a take that is being recorded, so it needs --server HOST:PORT");
   }
@@ -105,7 +100,8 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const JobRun& run, b
 
 // The session of a daemon's take may name what the command line does not.
 absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
-  if (!options.server.empty() && absl::StartsWith(options.spec.dump(), kTakePrefix)) return absl::OkStatus();
+  if (!options.daemon.server.empty() && absl::StartsWith(options.spec.dump(), kTakePrefix))
+    return absl::OkStatus();
   const std::pair<const char*, const std::string&> inputs[] = {{"--rig", options.spec.rig()},
                                                                {"--board", options.spec.board()},
                                                                {"--template", options.spec.garment()}};
@@ -123,11 +119,12 @@ absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
 absl::Status Register(const RegisterOptions& options, bool quiet) {
   WEFT_RETURN_IF_ERROR(CheckInputsAreGiven(options));
   absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
-  if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
+  if (spec.ok() && options.daemon.upload) spec = UploadInputs(options.daemon.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
   const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
-  const JobRun run{*std::move(spec), "register", options.server, options.priority, options.limits};
-  if (options.detach) return DetachJob(run);
+  const JobRun run{*std::move(spec), "register", options.daemon.server, options.daemon.priority,
+                   options.limits};
+  if (options.daemon.detach) return DetachJob(run);
   WEFT_ASSIGN_OR_RETURN(const v1::Job job, Run(options, run, quiet, signals.token()));
   const bool has_meshes = job.frames().done() + job.frames().degraded() > 0;
   if (options.evaluate && job.state() == v1::JOB_STATE_DONE && has_meshes)
@@ -182,27 +179,21 @@ void AddRegisterPasses(CLI::App& command, RegisterOptions& options) {
   AddOption(command, "--memory MIB", options.limits.kept_image_mib,
             "Memory for images that wait for the second pass; those beyond are read again. Takes of raw or "
             "PNG images gain by more. Results are the same",
-            CLI::Range(0, 1 << 20))
-      ->capture_default_str();
+            CLI::Range(0, 1 << 20));
 }
 
 void AddRegisterAtDaemon(CLI::App& command, RegisterOptions& options) {
-  AddServerOption(command, options.server, "Let the daemon at HOST:PORT do the work");
-  command.add_flag("--upload", options.upload,
-                   "With --server: send DUMP, rig, board and template to the daemon's library first, for a "
-                   "daemon that sees no folder of this machine. What it has already is not sent again; the "
-                   "same command goes on with an upload that was stopped");
-  AddOption(command, "--priority N", options.priority,
-            "With --server: of your jobs those of higher priority are worked on first; above 10 they go "
-            "before everybody's, which is for operators",
-            CLI::Range(-100, 100));
+  AddJobAtDaemon(
+      command, options.daemon,
+      "send DUMP, rig, board and template to the daemon's library first, for a daemon that sees no "
+      "folder of this machine. What it has already is not sent again; the same command goes on with "
+      "an upload that was stopped");
+  command.get_option("--detach")->excludes(command.get_option("--evaluate"));
   AddOption(command, "--live N", options.live_every,
             "With --server, of a take that is being recorded: register every N-th frame set at once, the "
             "newest first. When the take has ended the others follow, and the refinement over neighbours: "
             "the results are those of a registration after the take",
             CLI::Range(1, 1'000'000));
-  command.add_flag("--detach", options.detach, "With --server: print the job's id and do not wait for it")
-      ->excludes(command.get_option("--evaluate"));
 }
 
 }  // namespace
@@ -231,7 +222,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   AddRegisterAtDaemon(*command, *options);
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback([options, &line] {
-    line.writes_remotely = !options->server.empty();
+    line.writes_remotely = !options->daemon.server.empty();
     line.run = [options, &line] { return Register(*options, line.quiet); };
   });
 }

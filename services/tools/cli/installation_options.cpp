@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include "services/ground/process/command_option.h"
 #include "services/tools/cli/command_line.h"
 
 namespace weft {

@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "base/named_status.h"
 #include "base/path_facts.h"
-#include "base/status_macros.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/atomic_file.h"

@@ -20,9 +20,20 @@ bool IsOfDaemon(const std::string& path) {
          absl::StartsWith(path, kLibraryPrefix);
 }
 
+std::string AbsolutePath(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
 std::string NameAtDaemon(const std::string& input) {
-  if (input.empty() || IsOfDaemon(input)) return input;
-  return std::filesystem::absolute(input).lexically_normal().string();
+  return input.empty() || IsOfDaemon(input) ? input : AbsolutePath(input);
+}
+
+v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
+  for (const JobInput& input : InputsOf(spec)) {
+    if (!input.path.empty()) SetInput(input, NameAtDaemon(input.path), &spec);
+  }
+  spec.set_out(AbsolutePath(spec.out()));
+  return spec;
 }
 
 absl::StatusOr<v1::LibraryItem> UploadInput(const RegistrationClient& connection, const LocalInput& input,

@@ -12,9 +12,13 @@ namespace weft {
 
 // Whether the text names something of a daemon instead of a path: "take:ID", "job:ID" or "library:ITEM".
 bool IsOfDaemon(const std::string& path);
+// Against the working folder of this process, without "." and "..".
+std::string AbsolutePath(const std::string& path);
 // What a daemon on this machine is asked for: names of its own and "job:ID" as they are, a path as an
 // absolute one.
 std::string NameAtDaemon(const std::string& input);
+// The inputs so, and the output as an absolute path, which mean the same in every folder.
+v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec);
 
 // What to upload, and as what.
 struct LocalInput {
