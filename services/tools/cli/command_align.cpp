@@ -17,7 +17,6 @@
 #include "alignment/start_mesh.h"
 #include "alignment/untangle/self_intersection.h"
 #include "base/named_status.h"
-#include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
@@ -29,7 +28,6 @@
 #include "services/formats/pcd/pcd_file.h"
 #include "services/formats/pcd/scan_file.h"
 #include "services/formats/verdict/limits.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
@@ -40,7 +38,6 @@
 namespace weft {
 namespace {
 
-constexpr int kStretchRings = 4;
 constexpr double kClothScaleSaid = 0.05;
 
 struct AlignCommandOptions {
@@ -245,8 +242,7 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
             "the cloud does not show start from there instead of from a smooth fill");
   AddPipelineFlags(*command, options->pipeline);
   command->add_flag_callback(
-      "--stretchy",
-      [options] { options->pipeline.named.mutable_alignment()->set_stretch_rings(kStretchRings); },
+      "--stretchy", [options] { options->pipeline.shorthands.emplace_back("alignment.stretch_rings=4"); },
       "For cloth that stretches by more than a few percent: hidden cloth is as long as the measured cloth "
       "around it, not as the template");
   AddOption(*command, "--stages DIR", options->stages,

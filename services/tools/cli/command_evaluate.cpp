@@ -6,15 +6,14 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/results/evaluation/comparison_report.h"
 #include "services/results/evaluation/comparison_text.h"
 #include "services/results/evaluation/evaluation_report.h"
 #include "services/results/evaluation/evaluation_text.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/evaluate_avatar.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/remote_operation.h"
@@ -31,39 +30,34 @@ struct EvaluateOptions {
   bool json = false;
 };
 
+// As JSON, or as a table with the place of the report.
+absl::Status PrintMeasures(const EvaluateOptions& options, const absl::StatusOr<std::string>& json,
+                           const std::string& table) {
+  if (options.json && !json.ok()) return json.status();
+  std::fputs((options.json ? *json : table).c_str(), stdout);
+  if (!options.json && !options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
+  return absl::OkStatus();
+}
+
 absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
-  const absl::StatusOr<JobEvaluation> evaluation =
-      WithBar("evaluate", quiet, options.threads,
-              [&](const auto& tell) { return EvaluateJob(options.request, tell); });
-  if (!evaluation.ok()) return evaluation.status();
-  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteEvaluation(options.out, *evaluation));
-  if (!options.json) {
-    PrintVerdict(evaluation->verdict);
-    std::printf("\n%s", EvaluationTable(*evaluation).c_str());
-    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
-    return VerdictStatus(evaluation->verdict);
-  }
-  WEFT_ASSIGN_OR_RETURN(const std::string json, EvaluationJson(*evaluation));
-  std::fputs(json.c_str(), stdout);
-  return VerdictStatus(evaluation->verdict);
+  WEFT_ASSIGN_OR_RETURN(const JobEvaluation evaluation,
+                        WithBar("evaluate", quiet, options.threads,
+                                [&](const auto& tell) { return EvaluateJob(options.request, tell); }));
+  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteEvaluation(options.out, evaluation));
+  if (!options.json) PrintVerdict(evaluation.verdict);
+  WEFT_RETURN_IF_ERROR(
+      PrintMeasures(options, EvaluationJson(evaluation), absl::StrCat("\n", EvaluationTable(evaluation))));
+  return VerdictStatus(evaluation.verdict);
 }
 
 absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
-  const absl::StatusOr<JobComparison> comparison =
-      WithBar("compare", quiet, options.threads, [&](const auto& tell) {
-        return CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
-                           tell);
-      });
-  if (!comparison.ok()) return comparison.status();
-  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteComparison(options.out, *comparison));
-  if (!options.json) {
-    std::fputs(ComparisonTable(*comparison).c_str(), stdout);
-    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
-    return absl::OkStatus();
-  }
-  WEFT_ASSIGN_OR_RETURN(const std::string json, ComparisonJson(*comparison));
-  std::fputs(json.c_str(), stdout);
-  return absl::OkStatus();
+  const auto compare = [&](const auto& tell) {
+    return CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
+                       tell);
+  };
+  WEFT_ASSIGN_OR_RETURN(const JobComparison comparison, WithBar("compare", quiet, options.threads, compare));
+  if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteComparison(options.out, comparison));
+  return PrintMeasures(options, ComparisonJson(comparison), ComparisonTable(comparison));
 }
 
 // Avatars come from others.
@@ -84,39 +78,6 @@ absl::Status EvaluateAvatarCommand(const EvaluateOptions& options, bool quiet) {
   avatar.out = options.out;
   avatar.json = options.json;
   return EvaluateAvatar(avatar, quiet);
-}
-
-void AddAgainstOptions(CLI::App& command, EvaluateOptions& options) {
-  CLI::Option* against = AddOption(command, "--against DIR", options.against,
-                                   "Another result of the same frames: compare the two, with significance. "
-                                   "Truth, take, frame rate and samples are those of both");
-  AddOption(command, "--against-rig FILE", options.against_rig,
-            "The cameras of the other result, rig.json; by default those of its job")
-      ->needs(against);
-  AddOption(command, "--against-template DIR", options.against_garment,
-            "Folder of the other result's template; by default that of its job")
-      ->needs(against);
-}
-
-void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
-  CLI::Option* truth =
-      AddOption(command, "--truth DIR", request.truth,
-                "The folder truth of a synthetic take; by default <take>/truth where that fits");
-  command.add_flag("--no-truth", request.no_truth, "Leave a truth beside the take alone")->excludes(truth);
-  AddOption(command, "--take DUMP", request.dump, "The dump with the pictures; by default that of the job");
-  AddOption(command, "--rig FILE", request.rig, "The cameras, rig.json; by default that of the job");
-  AddOption(command, "--template DIR", request.garment, "Folder of the template; by default that of the job");
-  AddOption(command, "--fps N", request.fps,
-            "Frames per second of the take, for drift; by default by the times of the take",
-            CLI::PositiveNumber);
-  AddOption(command, "--samples N", request.samples,
-            "Frames at which geodesic distortion and texture drift are measured, spread evenly; 0 for all",
-            CLI::NonNegativeNumber);
-  AddOption(command, "--sources N", request.geodesics.sources,
-            "Vertices that geodesic distances are measured from", CLI::Range(1, 100000));
-  AddOption(command, "--seed N", request.geodesics.seed, "Of the choice of those vertices");
-  command.add_flag("--quick", request.quick,
-                   "Leave out geodesic distortion and texture drift, which take long");
 }
 
 // Its report.html and tables would take the place of the job's.
@@ -155,9 +116,25 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       "  weft evaluate result --truth take/truth --json > scores.json\n"
       "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3");
   auto options = std::make_shared<EvaluateOptions>();
-  AddRequired(*command, "result DIR", options->request.result, "The folder that `weft register` wrote");
-  AddInputOptions(*command, options->request);
-  AddAgainstOptions(*command, *options);
+  EvaluationRequest& request = options->request;
+  KindOptions add(*command, "evaluate");
+  add("result", request.result);
+  add("truth", request.truth);
+  add("no-truth", request.no_truth);
+  add("take", request.dump);
+  add("rig", request.rig);
+  add("template", request.garment);
+  add("fps", request.fps);
+  add("samples", request.samples);
+  add("sources", request.geodesics.sources);
+  add("seed", request.geodesics.seed);
+  add("quick", request.quick);
+  add("against", options->against);
+  add("against-rig", options->against_rig);
+  add("against-template", options->against_garment);
+  command->get_option("--no-truth")->excludes("--truth");
+  for (const char* of_the_other : {"--against-rig", "--against-template"})
+    command->get_option(of_the_other)->needs("--against");
   AddEvaluateAvatarOptions(*command, options->avatar);
   command->get_option("--avatar")->excludes("--against");
   AddOption(*command, "--out DIR", options->out, "Folder for report and tables, made where it is missing");

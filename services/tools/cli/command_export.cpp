@@ -8,17 +8,15 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/export/export_overlays.h"
 #include "services/results/export/export_result.h"
 #include "services/results/export/export_textures.h"
-#include "services/results/export/texture_raster.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/remote_operation.h"
 
@@ -169,46 +167,30 @@ absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
   return absl::OkStatus();
 }
 
-void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
-  AddOption(command, "--up AXIS", options.up,
-            "The axis that points up; by default that of the format, see above", OneOf({"y", "z"}));
-  AddOption(command, "--world-up AXIS", options.request.world_up,
-            "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`",
-            OneOf({"x", "-x", "y", "-y", "z", "-z"}));
-  AddOption(command, "--unit UNIT", options.unit, "Unit of lengths", OneOf({"m", "cm", "mm"}));
-  AddOption(command, "--fps N", options.request.fps,
-            "Frames per second of the take, for times and velocities; 0: by the times of the take",
-            CLI::NonNegativeNumber);
-}
-
-void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
-  AddOption(command, "--overlay WHAT", options.overlay,
-            "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
-            "faces by state or sigma; none: the pictures alone",
-            OneOf({"wireframe", "state", "sigma", "none"}));
-  command
-      .add_flag("--undistort", options.overlays.undistort,
-                "Of overlays: as a camera without lens distortion and with square pixels sees them, which is "
-                "written as DIR/rig.json; backgrounds for cameras of Blender and others")
-      ->needs("--overlay");
-  AddOption(command, "--texture PX", options.textures.texture_px,
-            "The garment's texture, unwrapped from the pictures of all cameras to this width and height; "
-            "with --format png of each frame, with glb one for all; 0: none",
-            CLI::Range(0, kMaxAtlasPx))
-      ->excludes("--overlay");
-  AddOption(command, "--normal-map PX", options.textures.normal_map_px,
-            "The normal map of each frame, of this width and height, for the coarser mesh of --max-vertices: "
-            "with --format png DIR/<frame>.normal.png, in a glb that of its only frame; 0: none",
-            CLI::Range(0, kMaxAtlasPx))
-      ->excludes("--overlay");
-  AddOption(command, "--texture-frames N", options.request.texture_frames,
-            "Of the texture of a glb: how many of the frames it is the mean of", CLI::PositiveNumber);
-  AddOption(command, "--camera ID", options.overlays.recording.cameras,
-            "Of overlays and textures: which cameras, all by default");
-  AddOption(command, "--take DUMP", options.overlays.recording.dump,
-            "Of overlays and textures: the recording; by default that of the job");
-  AddOption(command, "--rig FILE", options.overlays.recording.rig,
-            "Of overlays and textures: rig.json; by default that of the job");
+// The order is that of the help.
+void AddExportOptions(CLI::App& command, ExportCommandOptions& options) {
+  ExportRequest& request = options.request;
+  RecordingChoice& recording = options.overlays.recording;
+  KindOptions add(command, "export");
+  add("up", options.up);
+  add("world-up", request.world_up);
+  add("unit", options.unit);
+  add("fps", request.fps);
+  add("attributes", options.attributes);
+  add("max-vertices", options.textures.max_vertices);
+  add("meshopt", request.meshopt);
+  add("allow-unfinished", request.allow_unfinished);
+  add("overlay", options.overlay);
+  add("undistort", options.overlays.undistort);
+  add("texture", options.textures.texture_px);
+  add("normal-map", options.textures.normal_map_px);
+  add("texture-frames", request.texture_frames);
+  add("camera", recording.cameras);
+  add("take", recording.dump);
+  add("rig", recording.rig);
+  command.get_option("--undistort")->needs("--overlay");
+  for (const char* of_textures : {"--texture", "--normal-map"})
+    command.get_option(of_textures)->excludes("--overlay");
 }
 
 }  // namespace
@@ -235,26 +217,13 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
       "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
   const auto options = std::make_shared<ExportCommandOptions>();
-  AddRequired(*command, "result DIR", options->request.result, "The folder that `weft register` wrote");
-  std::vector<std::string> formats = {"jpg", "png", "mp4", "mkv"};  // of overlays
-  for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
-  AddRequired(*command, "--format FORMAT", options->format, "Format of the files")->check(OneOf(formats));
+  KindOptions add(*command, "export");
+  add("result", options->request.result);
+  add("format", options->format);
   AddRequired(*command, "--out DIR", options->request.out, "Folder to write to, made where it is missing");
   AddFramesOption(*command, options->request.frames, "Which frames, all by default");
-  AddPlacement(*command, *options);
-  AddOption(*command, "--attributes LIST", options->attributes,
-            "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal");
-  AddOption(*command, "--max-vertices N", options->textures.max_vertices,
-            "A coarser mesh of at most so many of the template's vertices, the same in all exports of a job; "
-            "0: all",
-            CLI::NonNegativeNumber);
-  command->add_flag("--meshopt", options->request.meshopt,
-                    "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; "
-                    "Blender does not read it");
-  command->add_flag("--allow-unfinished", options->request.allow_unfinished,
-                    "Export what is there of a job that has not ended");
+  AddExportOptions(*command, *options);
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");
-  AddOverlays(*command, *options);
   RunHereOrAtDaemon(*command, line, [options, &line] { return ExportCommand(*options, line.quiet); });
 }
 

@@ -1,6 +1,4 @@
 // weft rig target, rehearse, calibrate: from boards to a calibrated rig.
-#include <tbb/task_arena.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -9,17 +7,16 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/target_file.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/studio/calibration/calibrate_dump.h"
 #include "services/studio/calibration/rehearsal.h"
 #include "services/studio/calibration/target_print.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/output_guard.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
@@ -109,14 +106,13 @@ absl::Status MakeTarget(const TargetOptions& options) {
 }
 
 void AddTargetCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      rig, "target",
+  const auto [command, options] = AddCommand<TargetOptions>(
+      rig, line, MakeTarget, "target",
       "Boards of AprilTags to calibrate a rig with: target.json, and every board as PDF and SVG at true "
       "scale. Glue the print on something flat and stiff, measure a tag, and correct tag_mm in target.json "
       "where the printer was off.",
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --out target\n"
       "  weft rig target --rows 8 --cols 6 --tag-mm 40 --boards 2 --bar 500:501:1000 --out target");
-  auto options = std::make_shared<TargetOptions>();
   AddOption(*command, "--rows N", options->shape.rows, "Rows of tags", CLI::Range(1, 100));
   AddOption(*command, "--cols N", options->shape.cols, "Columns of tags", CLI::Range(1, 100));
   AddOption(*command, "--tag-mm MM", options->shape.tag_mm, "Side of a tag's border square",
@@ -131,7 +127,6 @@ void AddTargetCommand(CLI::App& rig, CommandLine& line) {
   AddOption(*command, "--id NAME", options->id, "Name of the target, kept in the file");
   AddRequired(*command, "--out DIR", options->out, "Folder for the files, made where it is missing");
   options->guard.AddTo(*command);
-  RunWith(*command, line, options, MakeTarget);
 }
 
 struct RehearseOptions {
@@ -151,13 +146,12 @@ absl::Status Rehearse(const RehearseOptions& options, bool quiet) {
 }
 
 void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      rig, "rehearse",
+  const auto [command, options] = AddCommand<RehearseOptions>(
+      rig, line, Rehearse, "rehearse",
       "Render what a simulated rig would record of a target that is moved through its volume, to try "
       "calibration and to see how many frames it takes. The rig that took the images is written beside them.",
       "  weft rig rehearse --target target/target.json --cameras 8 --frames 60 --out boards\n"
       "  weft rig calibrate boards --target target/target.json --out rig.json");
-  auto options = std::make_shared<RehearseOptions>();
   RehearsalOptions& r = options->rehearsal;
   r.rig = {.cameras = 8,
            .width_px = 1280,
@@ -179,7 +173,6 @@ void AddRehearseCommand(CLI::App& rig, CommandLine& line) {
   AddOption(*command, "--seed N", r.motion.seed, "Of the motion");
   AddRequired(*command, "--out DIR", options->out, "Folder of the dump");
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
-  RunWith(*command, line, options, Rehearse);
 }
 
 struct CalibrateOptions {
@@ -191,15 +184,11 @@ struct CalibrateOptions {
 
 absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
   options.request.solve.scale_from_bar = options.scale == "bar";
-  absl::StatusOr<CalibrationResult> result;
-  {
-    StageBars bars(quiet);
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-      result = CalibrateDump(options.request,
+  const absl::StatusOr<CalibrationResult> result =
+      WithStageBars(quiet, options.threads, [&](StageBars& bars) {
+        return CalibrateDump(options.request,
                              [&](const std::string& stage, double share) { bars.SetShare(stage, share); });
-    });
-  }
+      });
   if (!result.ok()) return result.status();
   const std::string& out = options.request.out;
   WEFT_RETURN_IF_ERROR(WriteCalibration(out, *result));
@@ -227,32 +216,6 @@ absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
   return VerdictStatus(verdict);
 }
 
-void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
-  CalibrationRequest& request = options.request;
-  AddOption(command, "--world-frame NAME", request.solve.world_frame,
-            "Frame whose board is the world: x along its columns, y down its rows, z away from who looks at "
-            "it; without it the board that most cameras saw");
-  AddOption(command, "--world-board ID", request.solve.world_board, "Which of the boards");
-  command.add_flag("--world-floor", request.solve.world_on_floor,
-                   "That board lies on the floor, face up: y points into the floor");
-  command
-      .add_option("--scale", options.scale, "Metric scale from the size of the tags or from the scale bars")
-      ->check(OneOf({"tags", "bar"}));
-  AddOption(command, "--rig FILE", request.initial_rig, "An earlier rig.json whose lenses are the start");
-  command
-      .add_option("--gamma", request.detection.gamma,
-                  "Of the images' values: 1 for linear cameras, 2.2 for gamma-encoded images (JPEG, sRGB)")
-      ->check(CLI::Range(0.3, 4.0));
-  AddOption(command, "--max-blur-px PX", request.detection.max_blur_px, "Tags with softer edges are refused",
-            CLI::PositiveNumber);
-  AddOption(command, "--min-views N", request.checks.min_views, "Views of boards that every camera needs",
-            CLI::Range(3, 10000));
-  AddOption(command, "--max-rms-px PX", request.checks.max_rms_px,
-            "Reprojection error that is accepted of a camera", CLI::PositiveNumber);
-  AddOption(command, "--max-stage-sigma-px PX", request.checks.max_projection_sigma_px,
-            "How uncertain a camera may be about known points of the stage", CLI::PositiveNumber);
-}
-
 void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command =
       AddCommand(rig, "calibrate",
@@ -265,14 +228,24 @@ void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
                  "--scale bar --out rig.json");
   auto options = std::make_shared<CalibrateOptions>();
   CalibrationRequest& request = options->request;
-  AddRequired(*command, "dump DUMP", request.dump, "A recorded take or a folder of images");
-  AddRequired(*command, "--target FILE", request.target, "target.json");
+  KindOptions add(*command, "rig calibrate");
+  add("dump", request.dump);
+  add("target", request.target);
   AddRequired(*command, "--out FILE", request.out, "The rig.json to write; its page stands beside it");
-  AddOption(*command, "--id NAME", request.rig_id, "Name of the rig, kept in the file");
   AddFramesOption(*command, request.frames, "Which frames of the dump, all by default");
   AddMosaicOption(*command, request.mosaic);
-  AddOption(*command, "--every N", request.every, "Look at every Nth of these frames", CLI::Range(1, 10000));
-  AddSolveOptions(*command, *options);
+  add("every", request.every);
+  add("min-views", request.checks.min_views);
+  add("rig", request.initial_rig);
+  add("id", request.rig_id);
+  add("world-frame", request.solve.world_frame);
+  add("world-board", request.solve.world_board);
+  add("world-floor", request.solve.world_on_floor);
+  add("scale", options->scale);
+  add("gamma", request.detection.gamma);
+  add("max-blur-px", request.detection.max_blur_px);
+  add("max-rms-px", request.checks.max_rms_px);
+  add("max-stage-sigma-px", request.checks.max_projection_sigma_px);
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.CalibrationReport)");
   RunHereOrAtDaemon(*command, line, [options, &line] { return Calibrate(*options, line.quiet); });

@@ -3,11 +3,10 @@
 #include <memory>
 #include <string>
 
-#include "base/status_macros.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/results/evaluation/plan_rig.h"
 #include "services/tools/cli/commands.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/remote_operation.h"
@@ -43,16 +42,6 @@ absl::Status Plan(const PlanOptions& options, bool quiet) {
   return VerdictStatus(verdict);
 }
 
-void AddSeeingOptions(CLI::App& command, RigPlanOptions& options) {
-  AddOption(command, "--max-facing-deg DEG", options.viewing.max_facing_deg,
-            "A cell is seen within this angle", CLI::Range(1.0, 89.0));
-  AddOption(command, "--min-pitch-px PX", options.viewing.min_pitch_px,
-            "Smallest size of a cell in the picture", CLI::NonNegativeNumber);
-  AddOption(command, "--views N", options.views_needed, "Cameras that must see a cell", CLI::Range(2, 100));
-  AddOption(command, "--noise-px PX", options.noise_px,
-            "Standard deviation of an observation, for the expected sigma", CLI::PositiveNumber);
-}
-
 }  // namespace
 
 void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
@@ -66,17 +55,16 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
       "  weft rig plan --rig rig.json --template take/template --motion take/truth --cameras 24 --out plan");
   auto options = std::make_shared<PlanOptions>();
   RigPlanRequest& request = options->request;
-  AddRequired(*command, "--rig FILE", request.rig, "The candidates, rig.json");
-  AddRequired(*command, "--template DIR", request.garment, "Folder of the template");
-  AddOption(*command, "--motion PATH", request.motion,
-            "A mesh.ply, or a folder of <frame>/mesh.ply such as a result or a take's truth; without it the "
-            "template as it is");
-  AddOption(*command, "--moments N", request.moments, "Frames of the motion to use, spread evenly; 0 for all",
-            CLI::NonNegativeNumber);
-  AddOption(*command, "--cameras N", request.cameras,
-            "Cameras to choose; 0: as few as come within 1 % of what all candidates cover",
-            CLI::NonNegativeNumber);
-  AddSeeingOptions(*command, request.options);
+  KindOptions add(*command, "rig plan");
+  add("rig", request.rig);
+  add("template", request.garment);
+  add("motion", request.motion);
+  add("cameras", request.cameras);
+  add("views", request.options.views_needed);
+  add("moments", request.moments);
+  add("max-facing-deg", request.options.viewing.max_facing_deg);
+  add("min-pitch-px", request.options.viewing.min_pitch_px);
+  add("noise-px", request.options.noise_px);
   AddRequired(*command, "--out DIR", options->out, "Folder for the files, made where it is missing");
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.RigPlan)");

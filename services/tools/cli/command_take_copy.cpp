@@ -3,13 +3,12 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "base/status_macros.h"
-#include "services/ground/process/command_option.h"
 #include "services/studio/recording/proxy_video.h"
 #include "services/studio/recording/take_archive.h"
 #include "services/studio/recording/take_copy.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/remote_operation.h"
 #include "services/tools/cli/take_range.h"
@@ -81,11 +80,6 @@ absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
   return SayHowMany(options, "", TrimTake(options.source, options.out, trim, MakeProgress("trim", quiet)));
 }
 
-void AddCompress(CLI::App& command, CopyCommandOptions& options) {
-  command.add_flag("--compress", options.compress,
-                   "Planes apart, predictor and zstd: lossless, half the size, a core's work");
-}
-
 }  // namespace
 
 void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
@@ -106,11 +100,10 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
                  "  weft take export take --out take.mp4 --format proxy");
   add(*export_command, "TAKE", "Folder of the take",
       "Folder of the images or of the archive, file of the video (mp4, mkv)");
-  AddOption(*export_command, "--format FORMAT", options->format, "images, ffv1 or proxy",
-            OneOf({"images", "ffv1", "proxy"}));
-  AddOption(*export_command, "--camera-width-px PX", options->camera_width_px,
-            "Of a camera's picture in a proxy video; 0: all cameras within 1920 px", CLI::Range(0, 8192));
-  export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
+  KindOptions add_to_export(*export_command, "take export");
+  add_to_export("format", options->format);
+  add_to_export("camera-width-px", options->camera_width_px);
+  add_to_export("demosaic", options->demosaic);
   RunHereOrAtDaemon(*export_command, line, [options, &line] { return ExportTake(*options, line.quiet); });
 
   CLI::App* trim =
@@ -123,7 +116,8 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
   add(*trim, "TAKE", "Folder of the take", "Folder of the new take; a daemon keeps it as a take of its own");
   trim->get_option("--out")->required(false);
   AddTakeRangeOptions(*trim, options->range);
-  AddCompress(*trim, *options);
+  KindOptions add_to_trim(*trim, "take trim");
+  add_to_trim("compress", options->compress);
   RunHereOrAtDaemon(*trim, line, [options, &line]() -> absl::Status {
     if (options->out.empty())
       return absl::InvalidArgumentError("--out is required: the folder of the new take");

@@ -11,13 +11,11 @@
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/build_template.h"
 #include "alignment/template_check.h"
-#include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/board_file.h"
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/options/presets.h"
 #include "services/formats/verdict/verdict.h"
-#include "services/ground/process/command_option.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
 #include "services/results/report/html_text.h"
@@ -25,6 +23,7 @@
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
 #include "services/tools/cli/json_output.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/output_guard.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/print_verdict.h"
@@ -120,41 +119,6 @@ absl::Status Build(BuildOptions options, bool quiet) {
   return VerdictStatus(summary.verdict());
 }
 
-// Flags that stand for options of the build.
-void AddSewingOptions(CLI::App& command, v1::PipelineOptions& named) {
-  const TemplateBuildOptions defaults;
-  const auto build = [&named] { return named.mutable_template_build(); };
-  command
-      .add_option_function<int>(
-          "--openings", [build](int openings) { build()->set_openings(openings); },
-          "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; -1 takes "
-          "what is found")
-      ->default_str(absl::StrCat(defaults.openings))
-      ->type_name("N")
-      ->check(CLI::Range(-1, 100));
-  command
-      .add_option_function<double>(
-          "--max-seam-gap-mm", [build](double gap_mm) { build()->mutable_seams()->set_max_gap_mm(gap_mm); },
-          "Furthest that the outermost cells on both sides of a seam may be apart; 0: four cells")
-      ->default_str(absl::StrCat(defaults.seams.max_gap_mm))
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option_function<double>(
-          "--max-hole-mm", [build](double hole_mm) { build()->set_max_hole_mm(hole_mm); },
-          "Longest border of a hole that is closed; 0: sixty cells")
-      ->default_str(absl::StrCat(defaults.max_hole_mm))
-      ->type_name("MM")
-      ->check(CLI::NonNegativeNumber);
-  command.add_flag_callback(
-      "--allow-open-seams", [build] { build()->set_allow_open_seams(true); },
-      "Borders that run along each other like a seam but further apart stay open");
-  command.add_flag_callback(
-      "--corners", [build] { build()->set_corners(true); },
-      "A vertex at every corner between four cells of a panel as well: twice as many vertices, which clouds "
-      "with corners tell the places of. Registration takes about twice as long");
-}
-
 }  // namespace
 
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
@@ -171,25 +135,24 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
   auto options = std::make_shared<BuildOptions>();
   TemplateSourceFiles& from = options->from;
-  AddRequired(*command, "sources DUMP|CLOUD...", from.sources,
-              "Dumps to decode and triangulate, or cloud.ply of frames");
-  AddOption(*command, "--rig RIG", from.rig, "rig.json of the cameras that recorded the dumps");
-  AddRequired(*command, "--board BOARD", from.board, "board.json or board.png of the cloth");
+  KindOptions add(*command, "template build");
+  add("sources", from.sources);
+  add("rig", from.rig);
+  add("board", from.board);
   AddFramesOption(*command, from.frames, "Which frames of the dumps, all by default");
   AddMosaicOption(*command, from.mosaic);
-  AddOption(*command, "--samples N", from.samples, "How many of these frames, spread evenly, to build from",
-            CLI::Range(1, 1000));
-  AddOption(*command, "--panels IMAGE", from.panels,
-            "Image of the board with a pixel per cell: black outside the garment, each panel in any other "
-            "colour. By default the panels are the cells that the clouds show");
-  AddOption(*command, "--cell-mm MM", options->cell_mm,
-            "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png",
-            CLI::NonNegativeNumber);
-  AddSewingOptions(*command, options->pipeline.named);
+  add("samples", from.samples);
+  add("panels", from.panels);
+  add("cell-mm", options->cell_mm);
+  add("openings", options->pipeline, "template_build.openings");
+  add("max-seam-gap-mm", options->pipeline, "template_build.seams.max_gap_mm");
+  add("max-hole-mm", options->pipeline, "template_build.max_hole_mm");
+  add("allow-open-seams", options->pipeline, "template_build.allow_open_seams");
+  add("corners", options->pipeline, "template_build.corners");
   AddPipelineFlags(*command, options->pipeline);
   AddRequired(*command, "--out DIR", options->out, "Folder to write to");
   options->guard.AddTo(*command);
-  AddOption(*command, "--id NAME", options->id, "Name of the template; by default that of the folder");
+  add("id", options->id);
   AddOption(*command, "--threads N", options->threads, "Threads; 0 takes all cores", CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
   RunHereOrAtDaemon(*command, line, [options, &line] { return Build(*options, line.quiet); });

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/status_macros.h"
+#include "services/formats/options/option_range.h"
 #include "services/formats/options/option_text.h"
 #include "services/formats/options/presets.h"
 #include "services/ground/process/command_option.h"
@@ -19,16 +20,21 @@ void AddPipelineFlags(CLI::App& command, PipelineFlags& flags) {
       ->allow_extra_args(false);
 }
 
+std::string DefaultOfOption(const std::string& path) {
+  for (const OptionField& option : AllOptions())
+    if (option.path == path) return OptionValue(MessageOf({}), option);
+  return "";
+}
+
 absl::StatusOr<v1::PipelineOptions> ChangesOf(const PipelineFlags& flags,
                                               const std::vector<std::string>& stages) {
   v1::PipelineOptions changes;
   for (const std::string& file : flags.configs) {
     WEFT_RETURN_IF_ERROR(AddOptionFile(file, changes));
   }
-  for (const std::string& setting : flags.settings) {
-    WEFT_RETURN_IF_ERROR(AddSetting(setting, stages, changes));
+  for (const auto* settings : {&flags.settings, &flags.shorthands}) {
+    for (const std::string& setting : *settings) WEFT_RETURN_IF_ERROR(AddSetting(setting, stages, changes));
   }
-  changes.MergeFrom(flags.named);
   return changes;
 }
 

@@ -12,13 +12,15 @@
 namespace weft {
 
 struct PipelineFlags {
-  std::vector<std::string> configs;   // files, in their order
-  std::vector<std::string> settings;  // OPTION=VALUE, after all files
-  // What flags of the command itself stand for, after all settings.
-  v1::PipelineOptions named;
+  std::vector<std::string> configs;     // files, in their order
+  std::vector<std::string> settings;    // OPTION=VALUE, after all files
+  std::vector<std::string> shorthands;  // OPTION=VALUE of options of the command itself, after all settings
 };
 
 void AddPipelineFlags(CLI::App& command, PipelineFlags& flags);
+
+// As `weft options` prints it.
+std::string DefaultOfOption(const std::string& path);
 
 // What the flags change in a preset. `stages`: those that the command has; --set of another one is an error,
 // a file may hold it for other commands. InvalidArgument names file and line, or the setting.

@@ -1,11 +1,11 @@
 #include "services/tools/cli/remote_operation.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
@@ -13,6 +13,7 @@
 #include "services/formats/verdict/verdict.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
+#include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/progress.h"
 #include "services/tools/cli/upload_inputs.h"
 #include "services/tools/client/operation_client.h"
@@ -38,51 +39,11 @@ std::string CommandWords(const CLI::App& command) {
   return absl::StrCat(CommandWords(*parent), " ", command.get_name());
 }
 
-std::string NameOf(const CLI::Option& option) {
-  return option.get_lnames().empty() ? option.get_name(true) : option.get_lnames().front();
-}
-
-const v1::WorkInputInfo* FindInput(const v1::WorkKindInfo& kind, const CLI::Option& option,
-                                   const std::string& name) {
-  for (const v1::WorkInputInfo& input : kind.inputs()) {
-    if (input.is_positional() ? option.get_positional() : input.name() == name && !option.get_positional())
-      return &input;
-  }
-  return nullptr;
-}
-
-bool HasOption(const v1::WorkKindInfo& kind, const std::string& name) {
-  return std::any_of(kind.options().begin(), kind.options().end(),
-                     [&name](const v1::WorkOptionInfo& option) { return option.name() == name; });
-}
-
-absl::Status AddOption(const v1::WorkKindInfo& kind, const CLI::Option& option, RemoteRun& run) {
-  const std::string name = NameOf(option);
-  if (const v1::WorkInputInfo* input = FindInput(kind, option, name)) {
-    for (const std::string& value : option.results()) {
-      v1::OperationInput& added = *run.spec.add_inputs();
-      added.set_name(input->name());
-      added.set_value(NameAtDaemon(value));
-    }
-    return absl::OkStatus();
-  }
-  if (name == "out") {
-    run.out = option.results().front();
-  } else if (name == "json") {
-    run.spec.set_json(true);
-  } else if (HasOption(kind, name)) {
-    const bool is_flag = option.get_expected_max() == 0;
-    for (const std::string& value : option.results()) {
-      v1::OperationOption& added = *run.spec.add_options();
-      added.set_name(name);
-      if (!is_flag) added.set_value(value);
-    }
-  } else if (name != "server" && name != "threads") {
-    return absl::InvalidArgumentError(absl::StrCat("--", name,
-                                                   ": a daemon does not take it; leave it out, or run the "
-                                                   "command without --server"));
-  }
-  return absl::OkStatus();
+// As the daemon names it.
+template <typename Added>
+void AddNamed(const v1::NamedValue& from, const std::string& value, Added* added) {
+  added->set_name(from.name());
+  added->set_value(value);
 }
 
 absl::StatusOr<RemoteRun> RunOf(const CLI::App& command, const v1::WorkKindInfo& kind,
@@ -90,9 +51,23 @@ absl::StatusOr<RemoteRun> RunOf(const CLI::App& command, const v1::WorkKindInfo&
   RemoteRun run;
   run.server = server;
   run.spec.set_command(kind.name());
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0) continue;
-    WEFT_RETURN_IF_ERROR(AddOption(kind, *option, run));
+  std::vector<const CLI::Option*> others;
+  const v1::WorkSpec work = WorkOf(kind, command, &others);
+  for (const v1::NamedValue& input : work.inputs())
+    AddNamed(input, NameAtDaemon(input.value()), run.spec.add_inputs());
+  for (const v1::NamedValue& option : work.options())
+    AddNamed(option, option.value(), run.spec.add_options());
+  for (const CLI::Option* other : others) {
+    const std::string name =
+        other->get_lnames().empty() ? other->get_name(true) : other->get_lnames().front();
+    if (name == "out") {
+      run.out = other->results().front();
+    } else if (name == "json") {
+      run.spec.set_json(true);
+    } else if (name != "server" && name != "threads") {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "--", name, ": a daemon does not take it; leave it out, or run the command without --server"));
+    }
   }
   if (kind.out() == v1::WORK_OUT_NAMED) {
     const std::string name = fs::path(run.out).lexically_normal().filename().string();

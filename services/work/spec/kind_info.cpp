@@ -102,7 +102,11 @@ MaybeFault CheckValue(const v1::WorkOptionInfo& option, const std::string& value
   return SpecFault{
       field, absl::StrCat(option.name(), " is \"", EscapedText(value), "\""),
       absl::StrCat(option.type() == v1::OPTION_TYPE_INTEGER ? "give a whole number" : "give a number",
-                   has_range ? absl::StrCat(" from ", option.least(), " to ", option.most()) : "")};
+                   !has_range ? ""
+                   : !std::isinf(option.most())
+                       ? absl::StrCat(" from ", option.least(), " to ", option.most())
+                   : option.least() > 0 ? " above 0"
+                                        : " of 0 or more")};
 }
 
 MaybeFault CheckOptions(const v1::WorkKindInfo& info, const v1::WorkSpec& work, const std::string& field) {

@@ -21,8 +21,13 @@ TEST(PipelineFlags, ApplyFilesThenSettingsThenTheCommandsOwn) {
   EXPECT_EQ(ChangesOf(flags, {"decode"})->decode().levels(), 1);
   flags.settings = {"decode.levels=2"};
   EXPECT_EQ(ChangesOf(flags, {"decode"})->decode().levels(), 2);
-  flags.named.mutable_decode()->set_levels(3);
+  flags.shorthands = {"decode.levels=3"};
   EXPECT_EQ(ChangesOf(flags, {"decode"})->decode().levels(), 3);
+}
+
+TEST(PipelineFlags, KnowTheDefaultsOfOptions) {
+  EXPECT_EQ(DefaultOfOption("template_build.openings"), "-1");
+  EXPECT_EQ(DefaultOfOption("no_such_option"), "");
 }
 
 TEST(PipelineFlags, TakeSettingsOfTheCommandsStagesAlone) {

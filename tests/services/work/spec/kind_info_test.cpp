@@ -135,7 +135,9 @@ TEST(FaultOfWork, NamesOptionsThatAreWrong) {
   for (const char* good : {"0.3", "4", "2.2"}) EXPECT_EQ(why_of("gamma", good), "; ") << good;
   for (const char* bad : {"0.29", "4.01", "nan", "inf", "x"})
     EXPECT_THAT(why_of("gamma", bad), HasSubstr("give a number from 0.3 to 4")) << bad;
-  EXPECT_EQ(why_of("max-rms-px", "-3"), "; ");  // the command judges it
+  EXPECT_EQ(why_of("max-rms-px", "1e9"), "; ");
+  for (const char* bad : {"0", "-3", "inf"})
+    EXPECT_THAT(why_of("max-rms-px", bad), HasSubstr("; give a number above 0")) << bad;
   EXPECT_EQ(why_of("world-floor", ""), "; ");
   EXPECT_THAT(why_of("world-floor", "yes"), HasSubstr("without a value"));
   EXPECT_EQ(why_of("scale", "bar"), "; ");
