@@ -185,7 +185,7 @@ class Damage(Catalogue):
         self.assertIn(".damaged-", self.log())
         self.assertTrue(self.set_aside())
 
-    def test_an_emptied_catalogue_without_log_is_restored_from_its_backup(self):
+    def test_an_emptied_catalogue_without_log_is_restored_from_its_records(self):
         job = self.finish_a_job()
         self.kill_daemon(signal.SIGTERM)
         for name in (self.catalogue(), self.catalogue() + "-wal"):
@@ -193,7 +193,7 @@ class Damage(Catalogue):
                 os.truncate(name, 0)
         self.start_daemon()
         self.assert_done(job)
-        self.assertIn("from the backup", "".join(self.jobs()["warnings"]))
+        self.assertIn("from their records", "".join(self.jobs()["warnings"]))
 
     def test_random_damage_is_noticed_or_harmless(self):
         job = self.finish_a_job()
@@ -220,8 +220,9 @@ class Damage(Catalogue):
         self.assert_done(job)
         self.kill_daemon()
         for name in os.listdir(self.state):
+            path = os.path.join(self.state, name)
             if name.startswith("catalogue.sqlite"):
-                os.remove(os.path.join(self.state, name))
+                shutil.rmtree(path) if os.path.isdir(path) else os.remove(path)
         self.start_daemon()
         self.assert_done(job)
         self.assertIn("restored from their job.json", "".join(self.jobs()["warnings"]))

@@ -10,7 +10,7 @@ namespace weft {
 namespace {
 
 constexpr char kRemedy[] =
-    "; start weftd again: it restores the entry from its backup. The results are untouched";
+    "; start weftd again: it restores the entry from its record. The results are untouched";
 
 v1::Job JobOf(const JobRow& row) {
   absl::StatusOr<v1::Job> job = ReadRow(row);
@@ -64,45 +64,36 @@ absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& pa
   if (!record.ok() && !lock.is_effective()) return record.status();
   std::optional<HolderRecord> holder;
   if (record.ok()) holder.emplace(*std::move(record));
-  WEFT_ASSIGN_OR_RETURN(std::vector<std::string> warnings, MakeCatalogueSound(path));
-  WEFT_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, Database::Open(path));
-  std::unique_ptr<Catalogue> catalogue(
-      new Catalogue(std::move(lock), std::move(holder), std::move(database), std::move(warnings)));
-  WEFT_RETURN_IF_ERROR(catalogue->MakeSchema());
+  JobRecords records(path);
+  WEFT_ASSIGN_OR_RETURN(RestoredCatalogue restored, OpenRestored(path, records));
   // A log whose flush once failed may be in memory alone; so all of it goes into the file, and the log begins
   // anew. A full disk stops no start: the log stays then.
-  const absl::Status emptied = catalogue->database_->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  const absl::Status emptied = restored.database->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
   if (!emptied.ok() && !absl::IsResourceExhausted(emptied)) return emptied;
-  return catalogue;
-}
-
-absl::Status Catalogue::MakeSchema() {
-  WEFT_ASSIGN_OR_RETURN(const int64_t version, database_->ReadPragma("user_version"));
-  if (version == kSchemaVersion) return absl::OkStatus();
-  Transaction transaction(*database_);
-  WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_RETURN_IF_ERROR(MakeTables(*database_));
-  return transaction.Commit();
+  return std::unique_ptr<Catalogue>(
+      new Catalogue(std::move(lock), std::move(holder), std::move(records), std::move(restored)));
 }
 
 absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
   const absl::StatusOr<v1::Job> existing = ReadJob(job.id());
   if (existing.ok()) return absl::AlreadyExistsError(absl::StrCat("a job \"", job.id(), "\" exists already"));
   if (!absl::IsNotFound(existing.status())) return existing.status();
-  Transaction transaction(*database_);
-  WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_RETURN_IF_ERROR(InsertRow(*database_, MakeRow(job)));
-  WEFT_RETURN_IF_ERROR(WriteFrames(job.id(), 0, frames));
-  return transaction.Commit();
+  return UpdateAll(job, frames);
 }
 
-absl::Status Catalogue::WriteFrames(const std::string& job_id, size_t first,
-                                    const std::vector<v1::FrameInfo>& frames) {
-  WEFT_ASSIGN_OR_RETURN(Statement replace, database_->Prepare(kReplaceFrame));
-  for (size_t i = 0; i < frames.size(); ++i) {
-    WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(job_id, static_cast<int64_t>(first + i), frames[i])));
-  }
-  return absl::OkStatus();
+// Record first: what has one is never lost, and one that says more than its row is no damage.
+absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
+  const v1::JobUpdate whole = RecordOf(job, frames);
+  const absl::StatusOr<v1::JobUpdate> before = records_.Read(job.id());
+  WEFT_RETURN_IF_ERROR(records_.Write(whole));
+  const absl::Status written = [&]() -> absl::Status {
+    Transaction transaction(*database_);
+    WEFT_RETURN_IF_ERROR(transaction.Begin());
+    WEFT_RETURN_IF_ERROR(PutRows(*database_, whole));
+    return transaction.Commit();
+  }();
+  if (!written.ok()) (before.ok() ? records_.Write(*before) : records_.Remove(job.id())).IgnoreError();
+  return written;
 }
 
 absl::Status Catalogue::WriteJob(const v1::Job& job) {
@@ -123,14 +114,6 @@ absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::Fr
   for (const auto& [position, info] : frames) {
     WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(job.id(), static_cast<int64_t>(position), info)));
   }
-  return transaction.Commit();
-}
-
-absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-  Transaction transaction(*database_);
-  WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_RETURN_IF_ERROR(WriteJob(job));
-  WEFT_RETURN_IF_ERROR(WriteFrames(job.id(), 0, frames));
   return transaction.Commit();
 }
 
@@ -181,6 +164,7 @@ absl::StatusOr<std::vector<v1::Job>> Catalogue::EndedJobs(int64_t skip, int limi
 }
 
 absl::Status Catalogue::RemoveJob(const std::string& id) {
+  WEFT_RETURN_IF_ERROR(records_.Remove(id));
   Transaction transaction(*database_);
   WEFT_RETURN_IF_ERROR(transaction.Begin());
   for (const char* sql : {"DELETE FROM frames WHERE job_id = ?", "DELETE FROM jobs WHERE id = ?"}) {

@@ -1,4 +1,5 @@
-// What the daemon remembers: jobs and the state of each of their frames, in one SQLite file.
+// What the daemon remembers: jobs and the state of each of their frames, in one SQLite file, and a record of
+// each job beside it.
 #pragma once
 
 #include <functional>
@@ -11,8 +12,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/formats/files/holder_record.h"
-#include "services/server/catalogue/backup.h"
 #include "services/server/catalogue/folder_sync.h"
+#include "services/server/catalogue/job_records.h"
+#include "services/server/catalogue/restore.h"
 #include "services/server/catalogue/sqlite.h"
 #include "weft/v1/job.pb.h"
 
@@ -30,13 +32,14 @@ class Catalogue {
   static absl::StatusOr<std::unique_ptr<Catalogue>> Open(const std::string& path,
                                                          std::function<void()> on_lost = {});
   // What a user must know of its restoration. Empty: it was sound.
-  const std::vector<std::string>& warnings() const { return warnings_; }
+  const std::vector<std::string>& warnings() const { return restored_.warnings; }
 
-  // AlreadyExists: a job of this id.
+  // With its record. AlreadyExists: a job of this id.
   absl::Status AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
   // The job and some of its frames, by their position; further ones are added. NotFound: no such job.
   absl::Status Update(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
-  // The job and all its frames at once. NotFound: no such job.
+  // The job and all its frames at once, and its record: where it ended, and where it runs again. It is added
+  // where it is missing.
   absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 
   // A row that was damaged while the catalogue was in use is read as an entry that says so, and hides no
@@ -48,33 +51,25 @@ class Catalogue {
   absl::StatusOr<std::vector<v1::Job>> ListJobs(int limit, const std::string& older_than = "");
   // Those that are neither queued nor running, oldest first, without the first `skip`.
   absl::StatusOr<std::vector<v1::Job>> EndedJobs(int64_t skip, int limit);
-  // With its frames. NotFound: no such job.
+  // With its frames and its record. NotFound: no such job.
   absl::Status RemoveJob(const std::string& id);
   // Queued and running ones, oldest first.
   absl::StatusOr<std::vector<v1::Job>> UnfinishedJobs();
 
-  // A copy of what the catalogue holds now, to be made between other calls. Errors of CatalogueBackup::Start.
-  absl::StatusOr<std::unique_ptr<CatalogueBackup>> StartBackup() {
-    return CatalogueBackup::Start(*database_);
-  }
-  // Grows with every change.
-  int64_t version() const { return database_->AllChangedRows(); }
-
  private:
-  Catalogue(FileLock lock, std::optional<HolderRecord> holder, std::unique_ptr<Database> database,
-            std::vector<std::string> warnings)
+  Catalogue(FileLock lock, std::optional<HolderRecord> holder, JobRecords records, RestoredCatalogue restored)
       : lock_(std::move(lock)),
         holder_(std::move(holder)),
-        database_(std::move(database)),
-        warnings_(std::move(warnings)) {}
-  absl::Status MakeSchema();
-  absl::Status WriteFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
+        records_(std::move(records)),
+        restored_(std::move(restored)),
+        database_(restored_.database.get()) {}
   absl::Status WriteJob(const v1::Job& job);
 
   FileLock lock_;
   std::optional<HolderRecord> holder_;  // none: a full disk has no room for it
-  std::unique_ptr<Database> database_;
-  std::vector<std::string> warnings_;
+  const JobRecords records_;
+  RestoredCatalogue restored_;
+  Database* const database_;
 };
 
 }  // namespace weft

@@ -9,7 +9,7 @@
 namespace weft {
 namespace {
 
-// %s: what version 1 has not. Page 1 of the file must not depend on anything else (salvage.cpp).
+// Between them stands what version 1 has not.
 constexpr char kJobs[] = R"sql(
 CREATE TABLE jobs (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -128,12 +128,21 @@ FrameRow FrameRowOf(const Statement& statement) {
           statement.Int(4),   statement.Bytes(5), statement.Int(6)};
 }
 
-absl::Status InsertRow(Database& database, const JobRow& row) {
+absl::Status PutRows(Database& database, const v1::JobUpdate& whole) {
   WEFT_ASSIGN_OR_RETURN(
-      Statement insert,
-      database.Prepare("INSERT INTO jobs (id, state, message, job, checksum) VALUES (?, ?, ?, ?, ?)"));
-  insert.BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
-  return insert.Bind(5, row.checksum).Run();
+      Statement put,
+      database.Prepare("INSERT INTO jobs (id, state, message, job, checksum) VALUES (?, ?, ?, ?, ?) "
+                       "ON CONFLICT (id) DO UPDATE SET state = excluded.state, message = excluded.message, "
+                       "job = excluded.job, checksum = excluded.checksum"));
+  const JobRow row = MakeRow(whole.job());
+  put.BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
+  WEFT_RETURN_IF_ERROR(put.Bind(5, row.checksum).Run());
+  WEFT_ASSIGN_OR_RETURN(Statement remove, database.Prepare("DELETE FROM frames WHERE job_id = ?"));
+  WEFT_RETURN_IF_ERROR(remove.BindText(1, row.id).Run());
+  WEFT_ASSIGN_OR_RETURN(Statement replace, database.Prepare(kReplaceFrame));
+  for (int i = 0; i < whole.frames_size(); ++i)
+    WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(row.id, i, whole.frames(i))));
+  return absl::OkStatus();
 }
 
 absl::Status ReplaceRow(Statement& replace_frame, const FrameRow& row) {

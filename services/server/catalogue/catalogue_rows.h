@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/server/catalogue/sqlite.h"
-#include "weft/v1/job.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 
@@ -48,8 +48,8 @@ std::string FrameColumns(int64_t version = kSchemaVersion);
 JobRow JobRowOf(const Statement& statement);
 FrameRow FrameRowOf(const Statement& statement);
 
-// Adds the row, or replaces the one of the same id, or job and position.
-absl::Status InsertRow(Database& database, const JobRow& row);
+// Adds the job with its frames, or replaces them; it keeps its place in the order of jobs.
+absl::Status PutRows(Database& database, const v1::JobUpdate& whole);
 absl::Status ReplaceRow(Statement& replace_frame, const FrameRow& row);
 inline constexpr char kReplaceFrame[] =
     "INSERT OR REPLACE INTO frames (job_id, position, name, state, attempts, info, checksum) "

@@ -1,19 +1,25 @@
-// The check before the catalogue is opened. A damaged, emptied or missing file, or one of an older Weft,
-// is set aside, never deleted. A new one gets all readable rows and those of the newest backup.
+// Opens the catalogue as its jobs' records say. A damaged, emptied or missing file, or one of an older Weft,
+// is set aside, never deleted, and a new one is made from the records.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/server/catalogue/job_records.h"
+#include "services/server/catalogue/sqlite.h"
 
 namespace weft {
 
-// The caller holds the catalogue's FileLock. Returns what a user must know of the restoration, nothing for a
-// sound or a new catalogue. A crash in the middle is made good by the next call. FailedPrecondition: written
-// by a newer Weft, or in use by one that knows no FileLock. Otherwise errors of the disk; nothing is changed
-// then.
-absl::StatusOr<std::vector<std::string>> MakeCatalogueSound(const std::string& path);
+struct RestoredCatalogue {
+  std::unique_ptr<Database> database;
+  std::vector<std::string> warnings;  // what a user must know of the restoration
+};
+
+// The caller holds the catalogue's FileLock. Jobs that one of rows and records lacks, or knows in an earlier
+// state, get what the other says. A crash in the middle is made good by the next call. FailedPrecondition:
+// written by a newer Weft, or in use by one that knows no FileLock. Otherwise errors of the disk.
+absl::StatusOr<RestoredCatalogue> OpenRestored(const std::string& path, const JobRecords& records);
 
 }  // namespace weft

@@ -2,9 +2,7 @@
 
 #include <sqlite3.h>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
@@ -15,8 +13,8 @@ namespace {
 absl::Status DamagedError(const std::string& path, const std::string& what) {
   return absl::DataLossError(absl::StrCat(
       path, ": damaged (", what,
-      "); start weftd again: it keeps this file aside, takes its backup and all that can still be "
-      "read, and loses no results"));
+      "); start weftd again: it keeps this file aside, makes a new one from the records of the jobs, and "
+      "loses no results"));
 }
 
 absl::Status ErrorOf(const std::string& path, int code, const std::string& what) {
@@ -44,20 +42,6 @@ absl::Status ErrorOf(const std::string& path, int code, const std::string& what)
   }
 }
 
-// A path as part of a URI.
-std::string UriOf(const std::string& path) {
-  std::string uri = "file:";
-  for (const char c : path) {
-    if (absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
-        std::string_view("/._-").find(c) != std::string_view::npos) {
-      uri += c;
-    } else {
-      absl::StrAppendFormat(&uri, "%%%02X", static_cast<unsigned char>(c));
-    }
-  }
-  return uri + "?immutable=1";
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path) {
@@ -69,17 +53,6 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code != SQLITE_OK) return database->LastError();
   WEFT_RETURN_IF_ERROR(database->Lock());
-  return database;
-}
-
-absl::StatusOr<std::unique_ptr<Database>> Database::OpenToRead(const std::string& path) {
-  sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(
-      UriOf(path).c_str(), &handle,
-      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
-  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
-  std::unique_ptr<Database> database(new Database(path, handle));
-  if (code != SQLITE_OK) return database->LastError();
   return database;
 }
 
@@ -100,8 +73,6 @@ absl::Status Database::LastError() const {
 }
 
 int64_t Database::ChangedRows() const { return sqlite3_changes64(handle_); }
-
-int64_t Database::AllChangedRows() const { return sqlite3_total_changes64(handle_); }
 
 absl::Status Database::CheckIntegrity() {
   WEFT_ASSIGN_OR_RETURN(Statement check, Prepare("PRAGMA integrity_check(1)"));
@@ -145,11 +116,6 @@ Statement& Statement::Bind(int parameter, int64_t value) {
   return *this;
 }
 
-Statement& Statement::Bind(int parameter, double value) {
-  bind_error_ |= sqlite3_bind_double(handle_, parameter, value);
-  return *this;
-}
-
 Statement& Statement::BindText(int parameter, std::string_view value) {
   bind_error_ |=
       sqlite3_bind_text64(handle_, parameter, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
@@ -189,40 +155,12 @@ void Statement::Reset() {
 }
 
 int64_t Statement::Int(int column) const { return sqlite3_column_int64(handle_, column); }
-double Statement::Double(int column) const { return sqlite3_column_double(handle_, column); }
 
 std::string Statement::Bytes(int column) const {
   const void* data = sqlite3_column_blob(handle_, column);
   const int size = sqlite3_column_bytes(handle_, column);
   return data == nullptr ? std::string()
                          : std::string(static_cast<const char*>(data), static_cast<size_t>(size));
-}
-
-absl::StatusOr<std::unique_ptr<DatabaseCopy>> DatabaseCopy::Start(Database& source, const std::string& path) {
-  sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(
-      path.c_str(), &handle,
-      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
-  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
-  std::unique_ptr<DatabaseCopy> copy(new DatabaseCopy(std::unique_ptr<Database>(new Database(path, handle))));
-  if (code != SQLITE_OK) return copy->target_->LastError();
-  copy->backup_ = sqlite3_backup_init(handle, "main", source.handle_, "main");
-  if (copy->backup_ == nullptr) return copy->target_->LastError();
-  return copy;
-}
-
-DatabaseCopy::~DatabaseCopy() { sqlite3_backup_finish(backup_); }
-
-absl::StatusOr<bool> DatabaseCopy::Step(int pages) {
-  const int code = sqlite3_backup_step(backup_, pages);
-  if (code == SQLITE_OK) return false;
-  if (code != SQLITE_DONE) return ErrorOf(target_->path(), code, sqlite3_errstr(code));
-  const int end = sqlite3_backup_finish(backup_);
-  backup_ = nullptr;
-  if (end != SQLITE_OK) return ErrorOf(target_->path(), end, sqlite3_errstr(end));
-  // Of one file, that nothing beside it belongs to.
-  WEFT_RETURN_IF_ERROR(target_->Execute("PRAGMA journal_mode = DELETE"));
-  return true;
 }
 
 void RemoveDatabase(const std::string& path) {

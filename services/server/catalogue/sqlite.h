@@ -10,7 +10,6 @@
 #include "absl/status/statusor.h"
 
 struct sqlite3;
-struct sqlite3_backup;
 struct sqlite3_stmt;
 
 namespace weft {
@@ -23,8 +22,6 @@ class Database {
   // process. FailedPrecondition: another process holds it. DataLoss: not a database, or damaged. Otherwise
   // as the operating system says. The message names the file.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path);
-  // Opens a file that nobody writes, without its log and without changing anything. Errors as above.
-  static absl::StatusOr<std::unique_ptr<Database>> OpenToRead(const std::string& path);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -37,8 +34,6 @@ class Database {
   absl::StatusOr<int64_t> ReadNumber(const std::string& sql);
   // By the last INSERT, UPDATE or DELETE.
   int64_t ChangedRows() const;
-  // By all of them since it was opened.
-  int64_t AllChangedRows() const;
   // Looks at every page and index. DataLoss: damaged; the message says where.
   absl::Status CheckIntegrity();
   // What SQLite says of the last failure, as a status that names the file.
@@ -46,7 +41,6 @@ class Database {
   const std::string& path() const { return path_; }
 
  private:
-  friend class DatabaseCopy;
   Database(std::string path, sqlite3* handle) : path_(std::move(path)), handle_(handle) {}
   absl::Status Lock();
 
@@ -62,7 +56,6 @@ class Statement {
   ~Statement();
 
   Statement& Bind(int parameter, int64_t value);
-  Statement& Bind(int parameter, double value);
   Statement& BindText(int parameter, std::string_view value);
   Statement& BindBytes(int parameter, std::string_view value);
 
@@ -73,7 +66,6 @@ class Statement {
   void Reset();
 
   int64_t Int(int column) const;
-  double Double(int column) const;
   // Text or bytes.
   std::string Bytes(int column) const;
 
@@ -84,26 +76,6 @@ class Statement {
   const Database* database_;
   sqlite3_stmt* handle_;
   int bind_error_ = 0;
-};
-
-// Copies a database into a new file while it is in use. Changes between two steps are in the copy.
-class DatabaseCopy {
- public:
-  // The source must outlive it. The file is made, or written over.
-  static absl::StatusOr<std::unique_ptr<DatabaseCopy>> Start(Database& source, const std::string& path);
-  ~DatabaseCopy();
-  DatabaseCopy(const DatabaseCopy&) = delete;
-  DatabaseCopy& operator=(const DatabaseCopy&) = delete;
-
-  // Copies some pages more, between two transactions of the source. True: the copy is complete and on the
-  // disk.
-  absl::StatusOr<bool> Step(int pages);
-
- private:
-  explicit DatabaseCopy(std::unique_ptr<Database> target) : target_(std::move(target)) {}
-
-  std::unique_ptr<Database> target_;
-  sqlite3_backup* backup_ = nullptr;
 };
 
 // Removes the file and what SQLite keeps beside it, where they exist.

@@ -17,7 +17,7 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/server/access/access_list.h"
-#include "services/server/catalogue/sqlite.h"
+#include "services/server/catalogue/job_records.h"
 #include "services/studio/recording/doctor.h"
 #include "services/tools/client/operation_client.h"
 #include "services/tools/client/registration_client.h"
@@ -148,16 +148,20 @@ class BundleContent {
     files_["operations.json"] = JsonOr(OperationClient(**client).List(kListed));
   }
 
-  // The newest backup, since the daemon has the catalogue for itself.
+  // The records of its jobs, since the daemon has the catalogue for itself.
   void AddCatalogue() {
     if (config_.state().empty()) return;
-    const std::string path = config_.state() + "/catalogue.sqlite.backup-1";
-    const auto database = Database::OpenToRead(path);
-    absl::Status status = database.status();
-    if (status.ok()) status = (*database)->CheckIntegrity();
-    const auto version = status.ok() ? (*database)->ReadPragma("user_version") : status;
-    files_["catalogue.txt"] =
-        version.ok() ? absl::StrCat(path, ": whole, schema ", *version, "\n") : TextOr(version.status());
+    const std::string path = config_.state() + "/catalogue.sqlite";
+    const JobRecords records(path);
+    std::string& text = files_["catalogue.txt"];
+    const std::vector<std::string> ids = records.JobIds();
+    for (const std::string& id : ids) {
+      const absl::Status read = records.Read(id).status();
+      // One that was removed meanwhile is none.
+      if (!read.ok() && !absl::IsNotFound(read))
+        absl::StrAppend(&text, absl::string_view(read.message()), "\n");
+    }
+    if (text.empty()) text = absl::StrCat(path, ": ", ids.size(), " records of jobs, all whole\n");
   }
 
   // Names and sizes, of files that the daemon made.

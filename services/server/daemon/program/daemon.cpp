@@ -172,11 +172,6 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   queue_options.max_of_one_caller = options.caller_limits.jobs;
   queue_options.admit = [&parts] { return parts.drain->Admit(); };
   queue_options.on_end = [&parts](const v1::Job& job) { return parts.notices->JobEnded(job); };
-  queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
-    absl::StatusOr<LoadedInputs> inputs = load(spec);
-    return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
-                       : inputs.status();
-  };
   queue_options.results_folder = absl::StrCat(options.state_folder, "/results");
   queue_options.is_read = IsReadBy(parts);
   queue_options.warnings = TakeUpLostJobs(queue_options.results_folder, *catalogue);

@@ -20,23 +20,6 @@ constexpr std::chrono::milliseconds kTakeUpTimeout{200};
 
 JobTime Now() { return std::chrono::steady_clock::now(); }
 
-// Gives the frames whose entries were damaged their names from the inputs.
-absl::Status NameFrames(const JobQueueOptions& options, const v1::Job& job,
-                        std::vector<v1::FrameInfo>& infos) {
-  const absl::StatusOr<std::vector<std::string>> names =
-      options.list_frames ? options.list_frames(job.spec())
-                          : absl::StatusOr<std::vector<std::string>>(absl::UnavailableError("no inputs"));
-  if (names.ok() && names->size() == infos.size()) {
-    for (size_t i = 0; i < infos.size(); ++i) infos[i].set_frame((*names)[i]);
-    return absl::OkStatus();
-  }
-  return absl::DataLossError(
-      absl::StrCat("the catalogue's list of its frames was damaged, and its inputs do not give them (",
-                   names.ok() ? absl::StrCat("they hold ", names->size(), " frames, it had ", infos.size())
-                              : std::string(names.status().message()),
-                   "); submit it again: finished frames are kept"));
-}
-
 absl::Status ShuttingDown() { return absl::UnavailableError("the daemon is shutting down"); }
 
 }  // namespace
@@ -81,7 +64,8 @@ absl::Status JobQueue::Resume() {
   for (v1::Job& job : unfinished) {
     absl::StatusOr<std::vector<v1::FrameInfo>> infos = store_->ReadFrames(job.id());
     if (infos.ok()) {
-      ResumeJob(std::move(job), *std::move(infos));
+      const JobRef ref = table_.Resume(JobLife(std::move(job), *std::move(infos)), Now());
+      files_.emplace(ref, std::make_shared<JobFiles>(ref->job()));
     } else {
       spdlog::error("job {} cannot be taken up: {}", job.id(), std::string(infos.status().message()));
     }
@@ -92,17 +76,6 @@ absl::Status JobQueue::Resume() {
   });
   Settle(lock);
   return absl::OkStatus();
-}
-
-void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
-  const bool damaged =
-      std::any_of(infos.begin(), infos.end(), [](const v1::FrameInfo& info) { return info.frame().empty(); });
-  absl::Status named;
-  if (damaged) named = NameFrames(options_, job, infos);
-  const JobRef ref = table_.Resume(JobLife(std::move(job), std::move(infos)), Now());
-  files_.emplace(ref, std::make_shared<JobFiles>(ref->job()));
-  if (damaged && named.ok()) table_.Rewrite(ref);
-  if (!named.ok()) table_.Abort(ref, v1::JOB_STATE_FAILED, std::string(named.message()));
 }
 
 // A task that the daemon before this one started, and that runs on. None: no job waits for a frame of it.

@@ -34,8 +34,6 @@ namespace weft {
 
 struct JobQueueOptions {
   int threads_per_worker = 1;
-  // Names of the frames of a job, from its inputs, for a job whose list of frames was damaged.
-  std::function<absl::StatusOr<std::vector<std::string>>(const v1::RegistrationSpec& spec)> list_frames;
   // Of Warnings, for as long as the daemon runs.
   std::vector<std::string> warnings;
   // Asked before a job is done, and when one is taken up again; what it names is registered again.
@@ -143,7 +141,6 @@ class JobQueue {
 
   JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor, JobQueueOptions options);
   absl::Status Resume();
-  void ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::optional<TaskListener> TakeUpTask(const v1::Task& task) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   TaskListener ListenerOf(const std::string& task_id);
 

@@ -12,16 +12,11 @@ namespace weft {
 namespace {
 
 constexpr std::chrono::seconds kWriteAgainAfter{1};
-// A backup follows a new job and the end of one, the first at once.
-constexpr std::chrono::seconds kBackupAfter{1};
-constexpr std::chrono::seconds kBackupPeriod{60};
 
 }  // namespace
 
 JobStore::JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot)
     : catalogue_(std::move(catalogue)), restored_(catalogue_->warnings()), snapshot_(std::move(snapshot)) {
-  const MutexLock lock(mutex_);
-  PlanBackup();
   thread_ = std::thread(&JobStore::Work, this);
 }
 
@@ -35,33 +30,18 @@ void JobStore::Stop() {
 }
 
 absl::Status JobStore::Add(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-  {
-    const MutexLock disk(disk_);
-    WEFT_RETURN_IF_ERROR(catalogue_->AddJob(job, frames));
-  }
-  const MutexLock lock(mutex_);
-  PlanBackup();
-  return absl::OkStatus();
+  const MutexLock disk(disk_);
+  return catalogue_->AddJob(job, frames);
 }
 
 absl::Status JobStore::Replace(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-  {
-    const MutexLock disk(disk_);
-    WEFT_RETURN_IF_ERROR(catalogue_->UpdateAll(job, frames));
-  }
-  const MutexLock lock(mutex_);
-  PlanBackup();
-  return absl::OkStatus();
+  const MutexLock disk(disk_);
+  return catalogue_->UpdateAll(job, frames);
 }
 
 absl::Status JobStore::Remove(const std::string& job_id) {
-  {
-    const MutexLock disk(disk_);
-    WEFT_RETURN_IF_ERROR(catalogue_->RemoveJob(job_id));
-  }
-  const MutexLock lock(mutex_);
-  PlanBackup();
-  return absl::OkStatus();
+  const MutexLock disk(disk_);
+  return catalogue_->RemoveJob(job_id);
 }
 
 void JobStore::Put(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
@@ -132,30 +112,28 @@ std::string JobStore::Trouble() {
 std::vector<std::string> JobStore::Warnings() {
   const MutexLock lock(mutex_);
   std::vector<std::string> warnings = restored_;
-  for (const std::string* trouble : {&trouble_, &backup_trouble_}) {
-    if (!trouble->empty()) warnings.push_back(*trouble);
-  }
+  if (!trouble_.empty()) warnings.push_back(trouble_);
   return warnings;
 }
 
-void JobStore::PlanBackup() {
-  if (backup_due_) return;
-  const Time soon = std::chrono::steady_clock::now() + kBackupAfter;
-  backup_due_ = last_backup_ ? std::max(soon, *last_backup_ + kBackupPeriod) : soon;
-  changed_.notify_all();
-}
-
-absl::Status JobStore::Write(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
+absl::Status JobStore::Write(const Pending& pending) {
   {
     const MutexLock disk(disk_);
-    absl::Status status = catalogue_->Update(job, frames);
+    absl::Status status;
+    if (pending.written) {
+      std::vector<v1::FrameInfo> all;  // PutLast had them
+      for (const auto& [position, info] : pending.frames) all.push_back(info);
+      status = catalogue_->UpdateAll(pending.job, all);
+    } else {
+      status = catalogue_->Update(pending.job, pending.frames);
+    }
     if (!absl::IsNotFound(status)) return status;
   }
   // Its row was damaged while the daemon ran.
-  const std::optional<std::vector<v1::FrameInfo>> all = snapshot_(job.id());
+  const std::optional<std::vector<v1::FrameInfo>> all = snapshot_(pending.job.id());
   if (!all) return absl::OkStatus();
   const MutexLock disk(disk_);
-  return catalogue_->AddJob(job, *all);
+  return catalogue_->AddJob(pending.job, *all);
 }
 
 void JobStore::NoteWritten(const absl::Status& status) {
@@ -184,7 +162,7 @@ bool JobStore::WriteNext(MutexLock<Mutex>& lock) {
   const std::string id = last_tried_ = next->first;
   const Pending writing = std::exchange(next->second, {.job = next->second.job, .is_writing = true});
   lock.unlock();
-  const absl::Status status = Write(writing.job, writing.frames);
+  const absl::Status status = Write(writing);
   if (status.ok() && writing.written) writing.written();
   if (!status.ok() && writing.refused) writing.refused(std::string(status.message()));
   lock.lock();
@@ -199,79 +177,30 @@ bool JobStore::WriteNext(MutexLock<Mutex>& lock) {
     if (!now.written) now.written = writing.written, now.refused = writing.refused;
   } else if (writing.written && !now.is_changed) {
     pending_.erase(id);
-    PlanBackup();
   }
   changed_.notify_all();
   return status.ok();
 }
 
-// Lets go of the disk between steps, so that nobody waits for it.
-void JobStore::MakeBackup() {
-  int64_t version = 0;
-  absl::StatusOr<std::unique_ptr<CatalogueBackup>> backup = nullptr;
-  {
-    const MutexLock disk(disk_);
-    version = catalogue_->version();
-    if (version == backed_up_version_) return;
-    backup = catalogue_->StartBackup();
-  }
-  absl::Status status = backup.status();
-  for (bool complete = false; status.ok() && !complete;) {
-    {
-      const MutexLock disk(disk_);
-      const absl::StatusOr<bool> step = (*backup)->Step();
-      status = step.status();
-      complete = step.ok() && *step;
-    }
-    std::this_thread::yield();
-    if (complete) status = (*backup)->Keep();
-  }
-  const MutexLock lock(mutex_);
-  last_backup_ = std::chrono::steady_clock::now();
-  if (status.ok()) {
-    backed_up_version_ = version;
-    backup_trouble_.clear();
-    return;
-  }
-  if (backup_trouble_.empty()) spdlog::warn("no backup of the catalogue: {}", std::string(status.message()));
-  backup_trouble_ = absl::StrCat("no backup of the list of jobs: ", absl::string_view(status.message()));
-  PlanBackup();
-}
-
 void JobStore::Work() {
   MutexLock lock(mutex_);
   for (;;) {
-    const Time now = std::chrono::steady_clock::now();
-    if (write_again_ && *write_again_ <= now) write_again_.reset();
+    if (write_again_ && *write_again_ <= std::chrono::steady_clock::now()) write_again_.reset();
     if (!write_again_ && WriteNext(lock)) continue;
     if (stopping_) break;
-    if (backup_due_ && *backup_due_ <= now) {
-      backup_due_.reset();
-      lock.unlock();
-      MakeBackup();
-      lock.lock();
-      continue;
-    }
-    std::optional<Time> due = backup_due_;
-    if (write_again_) due = due ? std::min(*due, *write_again_) : *write_again_;
     const auto has_news = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
       return stopping_ || (!write_again_ && IsAnyChanged());
     };
-    if (due) {
-      changed_.wait_until(lock, *due, has_news);
+    if (write_again_) {
+      changed_.wait_until(lock, *write_again_, has_news);
     } else {
-      changed_.wait(lock, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-        return has_news() || backup_due_.has_value();
-      });
+      changed_.wait(lock, has_news);
     }
   }
   // What the disk refused a moment ago it may take now.
   write_again_.reset();
   while (WriteNext(lock)) {
   }
-  const bool is_well = trouble_.empty();
-  lock.unlock();
-  if (is_well) MakeBackup();
 }
 
 }  // namespace weft

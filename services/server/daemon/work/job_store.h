@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,7 +20,7 @@
 namespace weft {
 
 // States of jobs that run are put, and reach the disk soon: many changes of a job are one transaction. What
-// the disk does not take is tried again until it does. A thread writes, and keeps a backup of the catalogue.
+// the disk does not take is tried again until it does. A thread writes.
 // Thread safety: any thread may call any function.
 class JobStore {
  public:
@@ -30,7 +29,7 @@ class JobStore {
   using Snapshot = std::function<std::optional<std::vector<v1::FrameInfo>>(const std::string& job_id)>;
   JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot);
   ~JobStore() { Stop(); }
-  // Writes what is left, where the disk takes it, and a last backup. What is put from now on is not written.
+  // Writes what is left, where the disk takes it. What is put from now on is not written.
   void Stop();
 
   // Written when they return; errors of Catalogue.
@@ -57,7 +56,7 @@ class JobStore {
 
   // Why states cannot be written; empty: they can.
   std::string Trouble();
-  // Of the catalogue's restoration, of its writing and its backup.
+  // Of the catalogue's restoration and its writing.
   std::vector<std::string> Warnings();
 
  private:
@@ -75,10 +74,8 @@ class JobStore {
   void Work();
   bool IsAnyChanged() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool WriteNext(MutexLock<Mutex>& lock) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) ABSL_NO_THREAD_SAFETY_ANALYSIS;
-  absl::Status Write(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
+  absl::Status Write(const Pending& pending);
   void NoteWritten(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void PlanBackup() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void MakeBackup();
 
   // Before mutex_ where both are held.
   Mutex disk_;
@@ -90,11 +87,9 @@ class JobStore {
   std::condition_variable_any changed_;
   std::map<std::string, Pending> pending_ ABSL_GUARDED_BY(mutex_);  // by job
   std::string last_tried_ ABSL_GUARDED_BY(mutex_);                  // the jobs behind it are next
-  std::optional<Time> write_again_ ABSL_GUARDED_BY(mutex_), backup_due_ ABSL_GUARDED_BY(mutex_);
-  std::optional<Time> last_backup_ ABSL_GUARDED_BY(mutex_);
-  std::string trouble_ ABSL_GUARDED_BY(mutex_), backup_trouble_ ABSL_GUARDED_BY(mutex_);
+  std::optional<Time> write_again_ ABSL_GUARDED_BY(mutex_);
+  std::string trouble_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  int64_t backed_up_version_ = 0;  // of the thread
   std::thread thread_;
 };
 

@@ -113,8 +113,6 @@ class JobTable {
   void Activate(const JobRef& reserved, JobTime now);
   // One that a daemon before this one left. `checks`: its results are looked at first.
   JobRef Resume(JobLife life, JobTime now);
-  // All of it is to be written down anew.
-  void Rewrite(const JobRef& job) { ChangeAll(job); }
   // Its last state, of which the caller writes the files; then OnFinished. `bridged`: JobLife::Outcome.
   v1::Job Outcome(const JobRef& job, const std::vector<size_t>& bridged) {
     return job->life.Outcome(bridged);

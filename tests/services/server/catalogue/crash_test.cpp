@@ -70,6 +70,11 @@ std::vector<std::function<absl::Status(Catalogue&)>> Changes() {
   return changes;
 }
 
+// Thousands of flushes of real files, which the simulated disk does not need.
+std::filesystem::path InMemory() {
+  return std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : std::filesystem::temp_directory_path();
+}
+
 class CrashTest : public ::testing::Test {
  protected:
   CrashTest() {
@@ -111,7 +116,7 @@ class CrashTest : public ::testing::Test {
                                                           << content;
   }
 
-  TempFolder folder_;
+  TempFolder folder_{InMemory()};
   const std::string path_ = folder_ / "state/catalogue.sqlite";
   std::vector<std::string> states_;  // after so many changes
   CrashVfs vfs_{path_};
