@@ -17,7 +17,7 @@ constexpr double kTick_s = 1e-3;
 // Of takes and trash: one makes room for another.
 class Rehearsal {
  public:
-  Rehearsal(const RetentionRules& rules, std::vector<Holding> holdings, const DiskRoom& room,
+  Rehearsal(const v1::RetentionRules& rules, std::vector<Holding> holdings, const DiskRoom& room,
             const AgeOf_s& age_s)
       : rules_(rules), holdings_(std::move(holdings)), room_(room) {
     for (const Holding& holding : holdings_) begun_s_.push_back(-age_s(holding));
@@ -72,12 +72,12 @@ class Rehearsal {
       if (const std::optional<double> days = KeepDays(rules_, holdings_[i].kind))
         note(begun_s_[i] + *days * kDueDay_s);
       if (holdings_[i].kind == v1::HOLDING_KIND_TRASH)
-        note(begun_s_[i] + rules_.least_trash_hours * kDueHour_s);
+        note(begun_s_[i] + rules_.least_trash_hours() * kDueHour_s);
     }
     return next_s;
   }
 
-  const RetentionRules& rules_;
+  const v1::RetentionRules& rules_;
   std::vector<Holding> holdings_;
   std::vector<double> begun_s_;  // of each holding's age, from now on
   DiskRoom room_;
@@ -85,7 +85,7 @@ class Rehearsal {
 
 }  // namespace
 
-RetentionPlan RehearseRetention(const RetentionRules& rules, std::vector<Holding> holdings, DiskRoom room,
+RetentionPlan RehearseRetention(const v1::RetentionRules& rules, std::vector<Holding> holdings, DiskRoom room,
                                 const AgeOf_s& age_s, double ahead_s) {
   const auto others = std::stable_partition(holdings.begin(), holdings.end(), IsOfTakes);
   // Of all else each goes by its own age.

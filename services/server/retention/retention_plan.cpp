@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "absl/strings/str_format.h"
+#include "services/formats/files/enum_words.h"
 
 namespace weft {
 namespace {
@@ -55,10 +56,11 @@ struct Lack {
   double bytes = 0, of_takes = 0;
 };
 
-Lack LackOfRoom(const RetentionRules& rules, double held_bytes, const DiskRoom& room, double freed_bytes) {
-  if (rules.least_free_gib <= 0) return {};
+Lack LackOfRoom(const v1::RetentionRules& rules, double held_bytes, const DiskRoom& room,
+                double freed_bytes) {
+  if (rules.least_free_gib() <= 0) return {};
   Lack lack;
-  const double least = rules.least_free_gib * kGib;
+  const double least = rules.least_free_gib() * kGib;
   lack.bytes = std::max(0.0, least - static_cast<double>(room.free_bytes) - freed_bytes);
   if (room.takes_reach_bytes < 0) return lack;
   const double beyond = held_bytes + least - static_cast<double>(room.takes_reach_bytes);
@@ -66,15 +68,15 @@ Lack LackOfRoom(const RetentionRules& rules, double held_bytes, const DiskRoom& 
   return lack;
 }
 
-Want WantOfRoom(const RetentionRules& rules, double held_bytes, const Lack& lack) {
+Want WantOfRoom(const v1::RetentionRules& rules, double held_bytes, const Lack& lack) {
   Want want;
-  if (rules.takes_quota_gib > 0) {
-    want.bytes = held_bytes - rules.takes_quota_gib * kGib;
-    want.because = absl::StrFormat("takes and trash have more than %g GiB", rules.takes_quota_gib);
+  if (rules.takes_quota_gib() > 0) {
+    want.bytes = held_bytes - rules.takes_quota_gib() * kGib;
+    want.because = absl::StrFormat("takes and trash have more than %g GiB", rules.takes_quota_gib());
   }
   if (lack.of_takes > want.bytes) {
     want.bytes = lack.of_takes;
-    want.because = absl::StrFormat("takes left less than %g GiB of the disk free", rules.least_free_gib);
+    want.because = absl::StrFormat("takes left less than %g GiB of the disk free", rules.least_free_gib());
   }
   return want;
 }
@@ -87,7 +89,7 @@ void SortByTurn(std::vector<const Holding*>& takes) {
   });
 }
 
-void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, const Want& want,
+void AddForRoom(const v1::RetentionRules& rules, std::vector<const Holding*> takes, const Want& want,
                 const AgeOf_s& age_s, RetentionPlan& plan) {
   double may_go = 0;
   for (const Holding* take : takes) may_go += take->kept ? 0 : static_cast<double>(take->bytes);
@@ -104,7 +106,7 @@ void AddForRoom(const RetentionRules& rules, std::vector<const Holding*> takes, 
     if (take->kept) continue;
     missing -= static_cast<double>(take->bytes);
     // Young trash, and what goes there now, will make room later.
-    if (take->kind == v1::HOLDING_KIND_TAKE || age_s(*take) >= rules.least_trash_hours * kHour_s)
+    if (take->kind == v1::HOLDING_KIND_TAKE || age_s(*take) >= rules.least_trash_hours() * kHour_s)
       plan.steps.push_back(StepFor(*take, want.because));
   }
 }
@@ -115,55 +117,43 @@ bool IsOfTakes(const Holding& holding) {
   return holding.kind == v1::HOLDING_KIND_TAKE || holding.kind == v1::HOLDING_KIND_TRASH;
 }
 
-std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind) {
+std::optional<double> KeepDays(const v1::RetentionRules& rules, v1::HoldingKind kind) {
   const auto unless_0 = [](double days) { return days > 0 ? std::optional(days) : std::nullopt; };
   switch (kind) {
     case v1::HOLDING_KIND_TAKE:
-      return unless_0(rules.keep_takes_days);
+      return unless_0(rules.keep_takes_days());
     case v1::HOLDING_KIND_JOB:
-      return unless_0(rules.keep_jobs_days);
+      return unless_0(rules.keep_jobs_days());
     case v1::HOLDING_KIND_TRASH:
     case v1::HOLDING_KIND_OPERATION:
-      return rules.keep_trash_days;
+      return rules.keep_trash_days();
     case v1::HOLDING_KIND_UPLOAD:
-      return rules.keep_uploads_days;
+      return rules.keep_uploads_days();
     case v1::HOLDING_KIND_NOTICE:
-      return rules.keep_notices_days;
+      return rules.keep_notices_days();
     default:
       return std::nullopt;
   }
 }
 
-v1::RetentionRules InMessage(const RetentionRules& rules) {
-  v1::RetentionRules message;
-  message.set_keep_takes_days(rules.keep_takes_days);
-  message.set_keep_trash_days(rules.keep_trash_days);
-  message.set_keep_jobs_days(rules.keep_jobs_days);
-  message.set_takes_quota_gib(rules.takes_quota_gib);
-  message.set_least_free_gib(rules.least_free_gib);
-  message.set_least_trash_hours(rules.least_trash_hours);
-  message.set_keep_uploads_days(rules.keep_uploads_days);
-  message.set_keep_notices_days(rules.keep_notices_days);
-  return message;
-}
-
-RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules rules) {
-  if (message.has_keep_takes_days()) rules.keep_takes_days = message.keep_takes_days();
-  if (message.has_keep_trash_days()) rules.keep_trash_days = message.keep_trash_days();
-  if (message.has_keep_jobs_days()) rules.keep_jobs_days = message.keep_jobs_days();
-  if (message.has_takes_quota_gib()) rules.takes_quota_gib = message.takes_quota_gib();
-  if (message.has_least_free_gib()) rules.least_free_gib = message.least_free_gib();
-  if (message.has_least_trash_hours()) rules.least_trash_hours = message.least_trash_hours();
-  if (message.has_keep_uploads_days()) rules.keep_uploads_days = message.keep_uploads_days();
-  if (message.has_keep_notices_days()) rules.keep_notices_days = message.keep_notices_days();
+v1::RetentionRules DefaultRules() {
+  v1::RetentionRules rules;
+  rules.set_keep_takes_days(0);
+  rules.set_keep_trash_days(7);
+  rules.set_keep_jobs_days(0);
+  rules.set_takes_quota_gib(0);
+  rules.set_least_free_gib(0);
+  rules.set_least_trash_hours(1);
+  rules.set_keep_uploads_days(7);
+  rules.set_keep_notices_days(3);
   return rules;
 }
 
-int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>& holdings,
+int64_t TakesReachAfter(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                         const DiskRoom& room) {
-  if (rules.least_free_gib <= 0) return -1;
+  if (rules.least_free_gib() <= 0) return -1;
   if (room.free_bytes == UINT64_MAX) return room.takes_reach_bytes;  // the disk does not say
-  const double held = BytesOfTakes(holdings), least = rules.least_free_gib * kGib;
+  const double held = BytesOfTakes(holdings), least = rules.least_free_gib() * kGib;
   const double free = static_cast<double>(room.free_bytes);
   // Upwards: a part of a byte would be room that takes took, and cost a whole one.
   const auto whole_bytes = [](double bytes) { return static_cast<int64_t>(std::ceil(bytes)); };
@@ -172,7 +162,7 @@ int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>&
   return room.takes_reach_bytes >= 0 ? room.takes_reach_bytes : whole_bytes(held + least);
 }
 
-RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holding>& holdings,
+RetentionPlan PlanRetention(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                             const DiskRoom& room, const AgeOf_s& age_s) {
   RetentionPlan plan;
   std::vector<const Holding*> takes;  // whose age is no reason
@@ -198,29 +188,14 @@ RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holdi
   if (lack.bytes > lack.of_takes) {
     plan.notes.push_back(absl::StrFormat(
         "the disk has %.2f GiB free, less than %g, and takes did not take the last %.2f: none goes for them",
-        static_cast<double>(room.free_bytes) / kGib, rules.least_free_gib,
+        static_cast<double>(room.free_bytes) / kGib, rules.least_free_gib(),
         (lack.bytes - lack.of_takes) / kGib));
   }
   return plan;
 }
 
 const char* HoldingWords(v1::HoldingKind kind) {
-  switch (kind) {
-    case v1::HOLDING_KIND_TAKE:
-      return "take";
-    case v1::HOLDING_KIND_TRASH:
-      return "take in the trash";
-    case v1::HOLDING_KIND_JOB:
-      return "job";
-    case v1::HOLDING_KIND_OPERATION:
-      return "operation";
-    case v1::HOLDING_KIND_UPLOAD:
-      return "upload";
-    case v1::HOLDING_KIND_NOTICE:
-      return "notice";
-    default:
-      return "thing";
-  }
+  return kind == v1::HOLDING_KIND_TRASH ? "take in the trash" : EnumWord(kind, "thing");
 }
 
 }  // namespace weft

@@ -13,23 +13,11 @@ namespace weft {
 
 inline constexpr double kMostRule = 1e9;  // rules are numbers from 0 to this
 
-struct RetentionRules {
-  double keep_takes_days = 0;    // older ones go to the trash; 0: any age is kept
-  double keep_trash_days = 7;    // then they are removed for good; operations, too
-  double keep_jobs_days = 0;     // ended ones are forgotten, with results in the state folder; 0: never
-  double takes_quota_gib = 0;    // takes and trash together; 0: no limit
-  double least_free_gib = 0;     // of the disk; 0: nothing goes for its sake
-  double least_trash_hours = 1;  // what is in the trash for less does not go for want of room
-  double keep_uploads_days = 7;  // since their last piece
-  double keep_notices_days = 3;
-};
+// What a daemon does unless it is told otherwise: all fields are set.
+v1::RetentionRules DefaultRules();
 
 // For how long things of a kind are kept. None: at any age.
-std::optional<double> KeepDays(const RetentionRules& rules, v1::HoldingKind kind);
-
-v1::RetentionRules InMessage(const RetentionRules& rules);
-// What the message does not give is as in `otherwise`.
-RetentionRules FromMessage(const v1::RetentionRules& message, RetentionRules otherwise);
+std::optional<double> KeepDays(const v1::RetentionRules& rules, v1::HoldingKind kind);
 
 // Something that a rule may remove.
 struct Holding {
@@ -52,7 +40,7 @@ struct DiskRoom {
 };
 
 // DiskRoom.takes_reach_bytes after a look; as it was while the disk has less room than the rule says.
-int64_t TakesReachAfter(const RetentionRules& rules, const std::vector<Holding>& holdings,
+int64_t TakesReachAfter(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                         const DiskRoom& room);
 
 struct RetentionStep {
@@ -77,7 +65,7 @@ struct RetentionPlan {
 // less free than it should) takes alone: the trash goes first, by the time of the deletion, then the oldest
 // takes go into it. No more goes than is needed; nothing goes where all that may go would not do. `age_s` is
 // asked for elements of `holdings`.
-RetentionPlan PlanRetention(const RetentionRules& rules, const std::vector<Holding>& holdings,
+RetentionPlan PlanRetention(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                             const DiskRoom& room, const AgeOf_s& age_s);
 
 // "take", "take in the trash", "job", ...

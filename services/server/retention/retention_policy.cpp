@@ -24,7 +24,7 @@ bool AreOfTakes(const std::set<v1::HoldingKind>& kinds) { return kinds.contains(
 
 }  // namespace
 
-RetentionPolicy::RetentionPolicy(RetentionRules rules, const v1::RetentionState& earlier)
+RetentionPolicy::RetentionPolicy(v1::RetentionRules rules, const v1::RetentionState& earlier)
     : rules_(rules),
       seen_(PeriodsOf(earlier)),
       takes_reach_bytes_(earlier.periods().empty() ? -1 : earlier.takes_reach_bytes()) {}
@@ -39,7 +39,7 @@ std::string RetentionPolicy::PassTime(int64_t unix_ns, int64_t monotonic_ns) {
       look.jump_ns > 0 ? "forward" : "back", std::fabs(static_cast<double>(look.jump_ns)) / kDay_ns);
 }
 
-void RetentionPolicy::SetRules(const RetentionRules& rules) {
+void RetentionPolicy::SetRules(const v1::RetentionRules& rules) {
   rules_ = rules;
   due_before_.clear();
 }
@@ -89,11 +89,12 @@ RetentionPlan RetentionPolicy::Due(const std::set<v1::HoldingKind>& kinds,
   return plan;
 }
 
-RetentionPlan RetentionPolicy::Rehearse(const RetentionRules& rules, const std::vector<Holding>& holdings,
+RetentionPlan RetentionPolicy::Rehearse(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                                         uint64_t free_bytes, double ahead_s) const {
   DiskRoom room{free_bytes, takes_reach_bytes_};
   // For rules that were not in force: as if they came into force now.
-  if (rules_.least_free_gib <= 0) room.takes_reach_bytes = TakesReachAfter(rules, holdings, {free_bytes, -1});
+  if (rules_.least_free_gib() <= 0)
+    room.takes_reach_bytes = TakesReachAfter(rules, holdings, {free_bytes, -1});
   return RehearseRetention(
       rules, holdings, room, [this](const Holding& holding) { return Age_s(holding); }, ahead_s);
 }

@@ -17,23 +17,23 @@ namespace weft {
 // none.
 class RetentionPolicy {
  public:
-  RetentionPolicy(RetentionRules rules, const v1::RetentionState& earlier);
+  RetentionPolicy(v1::RetentionRules rules, const v1::RetentionState& earlier);
 
   // Before each Due, and every second or so: what happens between a jump of the clock and this call may be
   // dated wrong. What happened is worth a line for people; empty: nothing.
   std::string PassTime(int64_t unix_ns, int64_t monotonic_ns);
   // From now on. The next look does nothing.
-  void SetRules(const RetentionRules& rules);
+  void SetRules(const v1::RetentionRules& rules);
 
   // Looks at all there is of some kinds (takes and their trash go together), and says what to do now.
   // `free_bytes`: of the disk with the takes.
   RetentionPlan Due(const std::set<v1::HoldingKind>& kinds, const std::vector<Holding>& holdings,
                     uint64_t free_bytes);
   // What will be due within `ahead_s`, by other rules. Changes nothing.
-  RetentionPlan Rehearse(const RetentionRules& rules, const std::vector<Holding>& holdings,
+  RetentionPlan Rehearse(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                          uint64_t free_bytes, double ahead_s) const;
 
-  const RetentionRules& rules() const { return rules_; }
+  const v1::RetentionRules& rules() const { return rules_; }
   double seen_days() const;
   // For the next daemon.
   v1::RetentionState State() const;
@@ -43,7 +43,7 @@ class RetentionPolicy {
   double Age_s(const Holding& holding) const;
   void NoteNewOnes(const std::set<v1::HoldingKind>& kinds, const std::vector<Holding>& holdings);
 
-  RetentionRules rules_;
+  v1::RetentionRules rules_;
   SeenTime seen_;
   int64_t takes_reach_bytes_ = -1;
   std::set<Name> due_before_;

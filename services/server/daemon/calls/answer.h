@@ -1,6 +1,7 @@
 // How every service of the daemon runs its handlers.
 #pragma once
 
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/status.h>
 
 #include <functional>
@@ -10,6 +11,8 @@
 #include "absl/status/statusor.h"
 
 namespace weft {
+
+using CallContext = grpc::ServerContext;
 
 // What is thrown ends the call, not the daemon: ResourceExhausted without memory or threads, Internal
 // otherwise. Errors go to the log under the method's name.

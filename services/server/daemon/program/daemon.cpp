@@ -26,9 +26,16 @@
 #include "services/server/daemon/program/confined_functions.h"
 #include "services/server/daemon/program/daemon_parts.h"
 #include "services/server/daemon/program/reader_process.h"
+#include "services/server/daemon/program/server_service.h"
+#include "services/server/daemon/studio/camera_service.h"
+#include "services/server/daemon/studio/session_service.h"
 #include "services/server/daemon/studio/take_folder.h"
+#include "services/server/daemon/studio/take_service.h"
 #include "services/server/daemon/work/cores.h"
+#include "services/server/daemon/work/job_service.h"
+#include "services/server/daemon/work/library_service.h"
 #include "services/server/daemon/work/lost_jobs.h"
+#include "services/server/daemon/work/operation_service.h"
 #include "services/server/daemon/work/take_input.h"
 #include "services/server/notice/end_notices.h"
 #include "services/server/rpc/error_detail.h"
@@ -310,23 +317,24 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   const FindCaller caller = [&parts](const grpc::ServerContextBase& context) {
     return CallerOf(context, *parts.access);
   };
-  parts.operations = std::make_unique<OperationService>(*parts.operation_queue, caller);
-  parts.cameras = std::make_unique<CameraService>(*parts.take_store, *parts.session_registry);
-  parts.sessions = std::make_unique<SessionService>(*parts.session_registry, *parts.take_store,
-                                                    *parts.library, policy, caller);
-  parts.takes =
-      std::make_unique<TakeService>(*parts.take_store, *parts.session_registry, *parts.queue, caller);
   WEFT_RETURN_IF_ERROR(daemon->KnowCallers(options));
+  parts.uploads = std::make_unique<Uploads>(*parts.library, options.state_folder, options.check_item);
   ResolveInput resolve = InputsOf(options, policy, parts);
-  parts.jobs = std::make_unique<JobService>(
-      JobServiceParts{*parts.queue, *parts.library, std::move(policy), std::move(resolve),
-                      absl::StrCat(options.state_folder, "/results"), options.load_inputs, caller});
-  parts.server_info = std::make_unique<ServerService>(
-      *parts.queue, *parts.drain, info, [&parts](const v1::RehearseRetentionRequest& request) {
-        return parts.retention->Rehearse(request.rules(), request.ahead_days());
-      });
-  parts.library_service = std::make_unique<LibraryService>(
-      *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item, caller);
+  const auto rehearse = [&parts](const v1::RehearseRetentionRequest& request) {
+    return parts.retention->Rehearse(request.rules(), request.ahead_days());
+  };
+  auto& services = parts.services;
+  services.push_back(MakeOperationService(*parts.operation_queue, caller));
+  services.push_back(MakeCameraService(*parts.take_store, *parts.session_registry));
+  services.push_back(
+      MakeSessionService(*parts.session_registry, *parts.take_store, *parts.library, policy, caller));
+  services.push_back(MakeTakeService(*parts.take_store, *parts.session_registry, *parts.queue, caller));
+  services.push_back(
+      MakeJobService({*parts.queue, *parts.library, std::move(policy), std::move(resolve),
+                      absl::StrCat(options.state_folder, "/results"), options.load_inputs, caller}));
+  services.push_back(MakeServerService(*parts.queue, *parts.drain, info, rehearse));
+  services.push_back(
+      MakeLibraryService(*parts.queue, *parts.operation_queue, *parts.library, *parts.uploads, caller));
   daemon->BeginRetention(options);
   WEFT_RETURN_IF_ERROR(daemon->Listen(options));
   return daemon;

@@ -46,8 +46,8 @@ struct DaemonOptions {
   SlurmOptions slurm;                      // with a folder: tasks run on a cluster
   std::string recorder_program;            // weft-recorder
   std::string command_program;             // weft, for operations
-  RetentionRules retention;                // what is removed, and when
-  NoticeOptions notices;                   // of ends of takes and jobs
+  v1::RetentionRules retention = DefaultRules();  // what is removed, and when
+  NoticeOptions notices;                          // of ends of takes and jobs
   CallerLimits caller_limits;
   std::string address_file;          // gets the addresses once the daemon listens; empty for none
   std::function<void()> on_drained;  // Server.Drain has come to its end: stop the daemon
@@ -89,7 +89,7 @@ class Daemon {
   int threads_per_worker() const { return threads_per_worker_; }
 
   // From now on.
-  void SetRetention(const RetentionRules& rules);
+  void SetRetention(const v1::RetentionRules& rules);
   void SetNotices(const NoticeOptions& notices);
 
   // Stops the workers and ends all calls. The next daemon on the state folder goes on.

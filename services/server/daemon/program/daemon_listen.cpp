@@ -185,13 +185,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   parts_->connections = std::make_unique<Connections>(
       std::move(sockets), LimitsOfProcess(), sources,
       [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
-  builder.RegisterService(parts_->cameras.get());
-  builder.RegisterService(parts_->jobs.get());
-  builder.RegisterService(parts_->operations.get());
-  builder.RegisterService(parts_->server_info.get());
-  builder.RegisterService(parts_->sessions.get());
-  builder.RegisterService(parts_->takes.get());
-  builder.RegisterService(parts_->library_service.get());
+  for (const auto& service : parts_->services) builder.RegisterService(service.get());
   parts_->poller = std::make_unique<Poller>(builder);
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");

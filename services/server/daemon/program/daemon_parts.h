@@ -5,7 +5,7 @@
 
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <vector>
 
 #include "services/server/console/console.h"
 #include "services/server/daemon/door/connections.h"
@@ -16,17 +16,12 @@
 #include "services/server/daemon/program/metrics.h"
 #include "services/server/daemon/program/metrics_page.h"
 #include "services/server/daemon/program/retention_keeper.h"
-#include "services/server/daemon/program/server_service.h"
-#include "services/server/daemon/studio/camera_service.h"
 #include "services/server/daemon/studio/session_registry.h"
-#include "services/server/daemon/studio/session_service.h"
-#include "services/server/daemon/studio/take_service.h"
 #include "services/server/daemon/studio/take_store.h"
 #include "services/server/daemon/work/job_queue.h"
-#include "services/server/daemon/work/job_service.h"
-#include "services/server/daemon/work/library_service.h"
 #include "services/server/daemon/work/operation_queue.h"
-#include "services/server/daemon/work/operation_service.h"
+#include "services/server/library/library.h"
+#include "services/server/library/uploads.h"
 
 namespace weft {
 
@@ -41,16 +36,11 @@ struct Daemon::Parts {
   std::unique_ptr<Drain> drain;
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
-  std::unique_ptr<JobService> jobs;
-  std::unique_ptr<ServerService> server_info;
+  std::unique_ptr<Uploads> uploads;
   std::unique_ptr<SessionRegistry> session_registry;
   std::unique_ptr<TakeStore> take_store;
   std::unique_ptr<OperationQueue> operation_queue;
-  std::unique_ptr<CameraService> cameras;
-  std::unique_ptr<OperationService> operations;
-  std::unique_ptr<SessionService> sessions;
-  std::unique_ptr<TakeService> takes;
-  std::unique_ptr<LibraryService> library_service;
+  std::vector<std::unique_ptr<grpc::Service>> services;
   std::unique_ptr<RetentionKeeper> retention;
   std::unique_ptr<Connections> connections;
   std::unique_ptr<Poller> poller;

@@ -20,13 +20,12 @@ RetentionSource SourceOf(std::set<v1::HoldingKind> kinds, std::function<std::vec
   return source;
 }
 
-RetentionSource SourceOfJobs(JobQueue& queue) {
-  RetentionSource source = SourceOf(
-      {v1::HOLDING_KIND_JOB}, [&queue] { return queue.EndedHoldings(); },
+// Of jobs, or operations.
+template <typename Queue>
+RetentionSource SourceOfEnded(v1::HoldingKind kind, Queue& queue) {
+  return SourceOf(
+      {kind}, [&queue] { return queue.EndedHoldings(); },
       [&queue](const RetentionStep& step) { return queue.ForgetEnded(step.id, step.since_unix_ns); });
-  source.longest_pause = std::chrono::hours(1);  // all of them are read
-  source.is_in_use = [&queue](const RetentionStep& step) { return queue.IsInUse(step.id); };
-  return source;
 }
 
 std::vector<Holding> HoldingsOf(const Uploads& uploads) {
@@ -43,34 +42,31 @@ std::vector<Holding> HoldingsOf(EndNotices& notices) {
   return holdings;
 }
 
-uint64_t LeastFreeBytes(const RetentionRules& rules) {
+uint64_t LeastFreeBytes(const v1::RetentionRules& rules) {
   constexpr double kBytesOfGib = 1024.0 * 1024 * 1024;
-  return static_cast<uint64_t>(rules.least_free_gib * kBytesOfGib);
+  return static_cast<uint64_t>(rules.least_free_gib() * kBytesOfGib);
 }
 
 }  // namespace
 
 void Daemon::BeginRetention(const DaemonOptions& options) {
   Parts& parts = *parts_;
-  Uploads& uploads = parts.library_service->uploads();
+  Uploads& uploads = *parts.uploads;
   uploads.SetLeastFree(LeastFreeBytes(options.retention));
   RetentionKeeperOptions keeping;
   keeping.state_file = absl::StrCat(options.state_folder, "/retention.json");
   keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
   keeping.rules = options.retention;
   TakeStore& takes = *parts.take_store;
-  OperationQueue& operations = *parts.operation_queue;
+  RetentionSource jobs = SourceOfEnded(v1::HOLDING_KIND_JOB, *parts.queue);
+  jobs.longest_pause = std::chrono::hours(1);  // all of them are read
+  jobs.is_in_use = [&parts](const RetentionStep& step) { return parts.queue->IsInUse(step.id); };
   EndNotices& notices = *parts.notices;
   keeping.sources = {
       SourceOf(
           {v1::HOLDING_KIND_TAKE, v1::HOLDING_KIND_TRASH}, [&takes] { return takes.Holdings(); },
           [&takes](const RetentionStep& step) { return takes.Carry(step); }),
-      SourceOfJobs(*parts.queue),
-      SourceOf(
-          {v1::HOLDING_KIND_OPERATION}, [&operations] { return operations.EndedHoldings(); },
-          [&operations](const RetentionStep& step) {
-            return operations.ForgetEnded(step.id, step.since_unix_ns);
-          }),
+      jobs, SourceOfEnded(v1::HOLDING_KIND_OPERATION, *parts.operation_queue),
       SourceOf(
           {v1::HOLDING_KIND_UPLOAD}, [&uploads] { return HoldingsOf(uploads); },
           [&uploads](const RetentionStep& step) { return uploads.Abandon(step.id, step.since_unix_ns); }),
@@ -80,9 +76,9 @@ void Daemon::BeginRetention(const DaemonOptions& options) {
   parts.retention = std::make_unique<RetentionKeeper>(std::move(keeping), *parts.audit);
 }
 
-void Daemon::SetRetention(const RetentionRules& rules) {
+void Daemon::SetRetention(const v1::RetentionRules& rules) {
   parts_->retention->SetRules(rules);
-  parts_->library_service->uploads().SetLeastFree(LeastFreeBytes(rules));
+  parts_->uploads->SetLeastFree(LeastFreeBytes(rules));
 }
 
 }  // namespace weft

@@ -12,6 +12,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
@@ -115,35 +116,40 @@ void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
 }
 
 // Days are those that a daemon has seen.
-void AddRetentionOptions(CLI::App& app, weft::RetentionRules& rules) {
-  const auto add = [&app](const char* name, double& value, const char* unit, const char* what) {
+void AddRetentionOptions(CLI::App& app, weft::v1::RetentionRules& rules) {
+  const auto add = [&](const std::string& name, const char* unit, const char* what) {
+    const std::string field_name = absl::StrReplaceAll(name.substr(2), {{"-", "_"}});
+    const auto* field = rules.GetDescriptor()->FindFieldByName(field_name);
+    const auto set = [&rules, field](double value) {
+      rules.GetReflection()->SetDouble(&rules, field, value);
+    };
     // CLI::Range takes what is no number.
-    app.add_option(name, value, what)->type_name(unit)->check([](const std::string& text) {
-      double number = -1;
-      const bool is_right = absl::SimpleAtod(text, &number) && number >= 0 && number <= weft::kMostRule;
-      return is_right ? std::string() : absl::StrCat("Value ", text, " is out of range; give 0 to 1e9");
-    });
+    app.add_option_function<double>(name, set, what)
+        ->default_str(absl::StrCat(rules.GetReflection()->GetDouble(rules, field)))
+        ->type_name(unit)
+        ->check([](const std::string& text) {
+          double number = -1;
+          const bool is_right = absl::SimpleAtod(text, &number) && number >= 0 && number <= weft::kMostRule;
+          return is_right ? std::string() : absl::StrCat("Value ", text, " is out of range; give 0 to 1e9");
+        });
   };
-  add("--keep-takes-days", rules.keep_takes_days, "DAYS",
+  add("--keep-takes-days", "DAYS",
       "Takes that are older go to the trash, unless they are pinned; 0 keeps them. Days in which no daemon "
       "ran make nothing older, nor does a clock that jumps; `weft daemon retention --dry-run` rehearses");
-  add("--keep-trash-days", rules.keep_trash_days, "DAYS",
+  add("--keep-trash-days", "DAYS",
       "Takes are in the trash for so long before they are removed for good; ended operations are kept as "
       "long");
-  add("--takes-quota-gib", rules.takes_quota_gib, "GIB",
+  add("--takes-quota-gib", "GIB",
       "Beyond this the oldest takes go, the trash first, unless they are pinned; 0 sets no limit");
-  add("--least-free-gib", rules.least_free_gib, "GIB",
+  add("--least-free-gib", "GIB",
       "The same when takes leave less of the disk free. What others write costs no take, and uploads are "
       "refused below it; 0 removes nothing for its sake");
-  add("--least-trash-hours", rules.least_trash_hours, "HOURS",
-      "Takes stay in the trash for so long however little room there is");
-  add("--keep-jobs-days", rules.keep_jobs_days, "DAYS",
+  add("--least-trash-hours", "HOURS", "Takes stay in the trash for so long however little room there is");
+  add("--keep-jobs-days", "DAYS",
       "Jobs that ended longer ago are forgotten, with results in the state folder; results that lie "
       "elsewhere stay; 0 keeps all");
-  add("--keep-uploads-days", rules.keep_uploads_days, "DAYS",
-      "Uploads to which nothing came for so long are removed");
-  add("--keep-notices-days", rules.keep_notices_days, "DAYS",
-      "Notices that nobody took for so long are given up");
+  add("--keep-uploads-days", "DAYS", "Uploads to which nothing came for so long are removed");
+  add("--keep-notices-days", "DAYS", "Notices that nobody took for so long are given up");
 }
 
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {

@@ -40,7 +40,7 @@ v1::RetentionStep InMessage(const RetentionStep& step) {
 }
 
 // The least of what the rules keep of a source's kinds; what goes at once, or never, asks for no pace.
-double LeastKept_s(const RetentionRules& rules, const std::set<v1::HoldingKind>& kinds) {
+double LeastKept_s(const v1::RetentionRules& rules, const std::set<v1::HoldingKind>& kinds) {
   double least_s = kDay_s;
   for (const v1::HoldingKind kind : kinds) {
     const double kept_s = KeepDays(rules, kind).value_or(0) * kDay_s;
@@ -65,11 +65,9 @@ RetentionKeeper::~RetentionKeeper() {
   Save();
 }
 
-void RetentionKeeper::SetRules(const RetentionRules& rules) {
+void RetentionKeeper::SetRules(const v1::RetentionRules& rules) {
   const MutexLock lock(mutex_);
-  if (v1::RetentionRules now = weft::InMessage(rules);
-      now.SerializeAsString() == weft::InMessage(policy_.rules()).SerializeAsString())
-    return;
+  if (rules.SerializeAsString() == policy_.rules().SerializeAsString()) return;
   policy_.SetRules(rules);
   hurry_ = true;
   changed_.notify_all();
@@ -204,9 +202,10 @@ v1::RetentionRehearsal RetentionKeeper::Rehearse(const v1::RetentionRules& asked
   {
     const MutexLock lock(mutex_);
     PassTime();
-    const RetentionRules rules = FromMessage(asked, policy_.rules());
+    v1::RetentionRules rules = policy_.rules();
+    rules.MergeFrom(asked);
     plan = policy_.Rehearse(rules, holdings, FreeBytes(), ahead_days * kDay_s);
-    *rehearsal.mutable_rules() = weft::InMessage(rules);
+    *rehearsal.mutable_rules() = rules;
     rehearsal.set_seen_days(policy_.seen_days());
     for (const v1::RetentionStep& step : done_) *rehearsal.add_done() = step;
   }

@@ -31,7 +31,7 @@ struct RetentionSource {
 struct RetentionKeeperOptions {
   std::string state_file;    // a RetentionState
   std::string takes_folder;  // on the disk that shall keep room
-  RetentionRules rules;
+  v1::RetentionRules rules;
   std::vector<RetentionSource> sources;
 };
 
@@ -42,7 +42,7 @@ class RetentionKeeper {
   RetentionKeeper(RetentionKeeperOptions options, AuditLog& audit);
   ~RetentionKeeper();
 
-  void SetRules(const RetentionRules& rules);
+  void SetRules(const v1::RetentionRules& rules);
   // What would go within so many days, by these rules instead of those in force.
   v1::RetentionRehearsal Rehearse(const v1::RetentionRules& rules, double ahead_days);
 

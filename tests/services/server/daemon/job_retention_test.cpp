@@ -87,7 +87,7 @@ TEST_F(JobRetentionTest, KeepsResultsThatAJobStartsFrom) {
 
 TEST_F(JobRetentionTest, FinishesWhatAKilledDaemonWasAt) {
   WriteBytes(ResultsOf(".forgotten-old") + "/0000/mesh.ply", "half removed");
-  options_.retention.keep_jobs_days = 1;
+  options_.retention.set_keep_jobs_days(1);
   StartDaemon();
   for (int i = 0; i < 500 && fs::exists(ResultsOf(".forgotten-old")); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -27,7 +27,7 @@ Holding TrashOf(const std::string& id, double days_old) {
 }
 
 // "trash ID in 3 h".
-std::vector<std::string> Rehearse(const RetentionRules& rules, const std::vector<Holding>& holdings,
+std::vector<std::string> Rehearse(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                                   double ahead_days, DiskRoom room = {}) {
   std::vector<std::string> words;
   const auto age_s = [](const Holding& holding) { return -static_cast<double>(holding.since_unix_ns) / 1e9; };
@@ -40,8 +40,8 @@ std::vector<std::string> Rehearse(const RetentionRules& rules, const std::vector
 }
 
 TEST(Rehearsal, TellsWhenEachIsDueInTheOrderOfTime) {
-  RetentionRules rules;
-  rules.keep_jobs_days = 10;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_keep_jobs_days(10);
   const std::vector<Holding> holdings = {TrashOf("a", 6), HeldSince(v1::HOLDING_KIND_JOB, "j", 9.5),
                                          TrashOf("b", 8)};
   EXPECT_THAT(Rehearse(rules, holdings, 0), ElementsAre("remove b in 0 h"));
@@ -52,9 +52,9 @@ TEST(Rehearsal, TellsWhenEachIsDueInTheOrderOfTime) {
 
 // A longer look ahead shows what a shorter one does, and more.
 TEST(Rehearsal, WhatGoesForRoomNowDoesNotWaitForItsAge) {
-  RetentionRules rules;
-  rules.keep_takes_days = 3;
-  rules.takes_quota_gib = 15;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_keep_takes_days(3);
+  rules.set_takes_quota_gib(15);
   const std::vector<Holding> holdings = {TakeOf("old", 2), TakeOf("new", 1)};
   EXPECT_THAT(Rehearse(rules, holdings, 0), ElementsAre("trash old in 0 h"));
   // An hour later it goes for good, and the rest is within the quota until it is old.
@@ -63,8 +63,8 @@ TEST(Rehearsal, WhatGoesForRoomNowDoesNotWaitForItsAge) {
 }
 
 TEST(Rehearsal, RemovedTrashMakesRoom) {
-  RetentionRules rules;
-  rules.least_free_gib = 25;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_least_free_gib(25);
   const std::vector<Holding> holdings = {TrashOf("a", 6.9), TakeOf("t", 50)};
   // 15 GiB are free, all else is theirs: the trash is enough.
   EXPECT_THAT(Rehearse(rules, holdings, 5, {15 * kBytesOfGib, 40 * static_cast<int64_t>(kBytesOfGib)}),
@@ -72,18 +72,18 @@ TEST(Rehearsal, RemovedTrashMakesRoom) {
 }
 
 TEST(Rehearsal, KeptOnesStay) {
-  RetentionRules rules;
-  rules.keep_takes_days = 1;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_keep_takes_days(1);
   Holding pinned = TakeOf("pinned", 50);
   pinned.kept = true;
   EXPECT_THAT(Rehearse(rules, {pinned}, 1000), IsEmpty());
 }
 
 TEST(Rehearsal, EndsWithRulesOfNoTime) {
-  RetentionRules rules;
-  rules.keep_trash_days = 0;
-  rules.least_trash_hours = 0;
-  rules.keep_takes_days = 1e-9;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_keep_trash_days(0);
+  rules.set_least_trash_hours(0);
+  rules.set_keep_takes_days(1e-9);
   EXPECT_THAT(Rehearse(rules, {TakeOf("a", 2), TrashOf("b", 0)}, 100),
               ElementsAre("trash a in 0 h", "remove b in 0 h", "remove a in 0 h"));
 }

@@ -37,7 +37,7 @@ struct Words {
 
 double AgeOf(const Holding& holding) { return -static_cast<double>(holding.since_unix_ns); }
 
-Words Plan(const RetentionRules& rules, const std::vector<Holding>& holdings, DiskRoom room = {}) {
+Words Plan(const v1::RetentionRules& rules, const std::vector<Holding>& holdings, DiskRoom room = {}) {
   Words words;
   const RetentionPlan plan = PlanRetention(rules, holdings, room, AgeOf);
   for (const RetentionStep& step : plan.steps) {
@@ -60,9 +60,9 @@ TEST(RetentionPlan, KeepsAllTakesAndJobsUnlessToldOtherwise) {
 }
 
 TEST(RetentionPlan, EachKindHasItsAge) {
-  RetentionRules rules;
-  rules.keep_takes_days = 30;
-  rules.keep_jobs_days = 10;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_keep_takes_days(30);
+  rules.set_keep_jobs_days(10);
   const std::vector<Holding> holdings = {
       Take("young", 29),
       Take("old", 31),
@@ -82,32 +82,32 @@ TEST(RetentionPlan, EachKindHasItsAge) {
 }
 
 TEST(RetentionPlan, AQuotaTakesTheTrashFirstThenTheOldestThatAreNotKept) {
-  RetentionRules rules;
+  v1::RetentionRules rules = DefaultRules();
   const std::vector<Holding> takes = {Take("b", 2), Kept(Take("a", 9)), Take("c", 1), Trash("y", 1),
                                       Trash("x", 2)};
-  rules.takes_quota_gib = 25;
+  rules.set_takes_quota_gib(25);
   EXPECT_THAT(Plan(rules, takes).steps, ElementsAre("remove x", "remove y", "trash b"));
-  rules.takes_quota_gib = 45;
+  rules.set_takes_quota_gib(45);
   EXPECT_THAT(Plan(rules, takes).steps, ElementsAre("remove x"));
-  rules.takes_quota_gib = 50;
+  rules.set_takes_quota_gib(50);
   EXPECT_THAT(Plan(rules, takes).steps, IsEmpty());
 }
 
 // For want of room nothing is lost in less than an hour.
 TEST(RetentionPlan, YoungTrashStaysAndCounts) {
-  RetentionRules rules;
-  rules.takes_quota_gib = 15;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_takes_quota_gib(15);
   const double half_an_hour = 0.5 / 24;
   EXPECT_THAT(Plan(rules, {Take("a", 2), Trash("x", half_an_hour)}).steps, IsEmpty());
   EXPECT_THAT(Plan(rules, {Take("a", 2), Take("b", 1), Trash("x", half_an_hour)}).steps,
               ElementsAre("trash a"));
-  rules.least_trash_hours = 0;
+  rules.set_least_trash_hours(0);
   EXPECT_THAT(Plan(rules, {Take("a", 2), Trash("x", half_an_hour)}).steps, ElementsAre("remove x"));
 }
 
 TEST(RetentionPlan, NothingGoesWhereAllWouldNotDo) {
-  RetentionRules rules;
-  rules.takes_quota_gib = 5;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_takes_quota_gib(5);
   const Words words = Plan(rules, {Kept(Take("a", 9)), Take("b", 1), Trash("x", 2)});
   EXPECT_THAT(words.steps, IsEmpty());
   EXPECT_THAT(words.notes, ElementsAre(HasSubstr("nothing goes")));
@@ -119,8 +119,8 @@ DiskRoom Disk(uint64_t free_gib, int64_t reach_gib) {
 }
 
 TEST(RetentionPlan, RoomThatTakesTookIsMadeByTakes) {
-  RetentionRules rules;
-  rules.least_free_gib = 100;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_least_free_gib(100);
   const std::vector<Holding> takes = {Take("a", 9), Take("b", 2), Trash("x", 1)};
   EXPECT_THAT(Plan(rules, takes, Disk(100, 130)).steps, IsEmpty());
   EXPECT_THAT(Plan(rules, takes, Disk(95, 125)).steps, ElementsAre("remove x"));
@@ -130,8 +130,8 @@ TEST(RetentionPlan, RoomThatTakesTookIsMadeByTakes) {
 }
 
 TEST(RetentionPlan, RoomThatOthersTookCostsNoTake) {
-  RetentionRules rules;
-  rules.least_free_gib = 100;
+  v1::RetentionRules rules = DefaultRules();
+  rules.set_least_free_gib(100);
   const std::vector<Holding> takes = {Take("a", 9), Take("b", 2), Trash("x", 1)};
   // Takes had 30 of a reach of 200 before; uploads, results or another program took the rest.
   const Words words = Plan(rules, takes, Disk(0, 200));
@@ -143,9 +143,9 @@ TEST(RetentionPlan, RoomThatOthersTookCostsNoTake) {
 }
 
 TEST(RetentionPlan, TheReachIsThatOfTheLastLookWithEnoughRoom) {
-  RetentionRules rules;
+  v1::RetentionRules rules = DefaultRules();
   EXPECT_EQ(TakesReachAfter(rules, {Take("a", 1)}, Disk(500, -1)), -1);
-  rules.least_free_gib = 100;
+  rules.set_least_free_gib(100);
   const auto reach = [&](DiskRoom room) {
     return TakesReachAfter(rules, {Take("a", 1), Trash("b", 1), Of(v1::HOLDING_KIND_JOB, "j", 1)}, room) /
            static_cast<int64_t>(kGib);
@@ -159,24 +159,14 @@ TEST(RetentionPlan, TheReachIsThatOfTheLastLookWithEnoughRoom) {
 // A disk that lacked room when the rule came into force: no takes took it, whatever the rule says in bytes.
 TEST(RetentionPlan, PartsOfBytesCostNoTake) {
   const std::vector<Holding> takes = {Take("a", 2), Take("b", 1)};
-  RetentionRules rules;
+  v1::RetentionRules rules = DefaultRules();
   for (int tenths = 11; tenths < 1000; ++tenths) {
-    rules.least_free_gib = tenths / 10.0;
+    rules.set_least_free_gib(tenths / 10.0);
     for (const uint64_t free_bytes : {uint64_t{0}, kGib, kGib + 1}) {
       const DiskRoom room{free_bytes, TakesReachAfter(rules, takes, {free_bytes, -1})};
-      EXPECT_THAT(Plan(rules, takes, room).steps, IsEmpty()) << rules.least_free_gib;
+      EXPECT_THAT(Plan(rules, takes, room).steps, IsEmpty()) << rules.least_free_gib();
     }
   }
-}
-
-TEST(RetentionPlan, RulesAreTheSameAsAMessage) {
-  RetentionRules rules;
-  rules.keep_takes_days = 1, rules.keep_trash_days = 2, rules.keep_jobs_days = 3, rules.takes_quota_gib = 4;
-  rules.least_free_gib = 5, rules.least_trash_hours = 6, rules.keep_uploads_days = 8,
-  rules.keep_notices_days = 9;
-  const v1::RetentionRules message = InMessage(rules);
-  EXPECT_EQ(InMessage(FromMessage(message, {})).SerializeAsString(), message.SerializeAsString());
-  EXPECT_EQ(InMessage(FromMessage({}, rules)).SerializeAsString(), message.SerializeAsString());
 }
 
 }  // namespace

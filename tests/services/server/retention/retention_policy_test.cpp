@@ -48,7 +48,7 @@ class PolicyTest : public ::testing::Test {
     }
   }
 
-  RetentionRules rules_;
+  v1::RetentionRules rules_;
   std::optional<RetentionPolicy> policy_;
   std::vector<Holding> holdings_;
   int64_t true_ns_ = 0, clock_error_ns_ = 0;
@@ -132,14 +132,14 @@ TEST_F(PolicyTest, NewRulesAreGivenTime) {
   holdings_ = {Trash("a")};
   Pass(kDay_ns);
   EXPECT_THAT(Look(), IsEmpty());
-  rules_.keep_trash_days = 0;
+  rules_.set_keep_trash_days(0);
   policy_->SetRules(rules_);
   EXPECT_THAT(Look(), IsEmpty());
   EXPECT_THAT(Look(), ElementsAre("remove a"));
 }
 
 TEST_F(PolicyTest, OnesOwnGrowthIsKnownFromLookToLook) {
-  rules_.least_free_gib = 100;
+  rules_.set_least_free_gib(100);
   Restart();
   holdings_ = {Trash("x")};
   Pass(2 * kHour_ns);
@@ -164,10 +164,10 @@ TEST_F(PolicyTest, ARehearsalChangesNothing) {
   Restart();
   holdings_ = {Trash("a")};
   Pass(6 * kDay_ns);
-  RetentionRules rules = rules_;
+  v1::RetentionRules rules = rules_;
   EXPECT_THAT(policy_->Rehearse(rules, holdings_, UINT64_MAX, 0).steps, IsEmpty());
   EXPECT_EQ(policy_->Rehearse(rules, holdings_, UINT64_MAX, 2 * 24 * 3600).steps.size(), 1u);
-  rules.keep_trash_days = 1;
+  rules.set_keep_trash_days(1);
   EXPECT_EQ(policy_->Rehearse(rules, holdings_, UINT64_MAX, 0).steps.size(), 1u);
   EXPECT_THAT(Look(), IsEmpty());
   EXPECT_THAT(Look(), IsEmpty());
