@@ -36,14 +36,7 @@ v1::FrameInfo FrameOf(const FrameRow& row) {
   return damaged;
 }
 
-absl::StatusOr<std::vector<v1::Job>> ReadAllJobs(Statement& statement) {
-  std::vector<v1::Job> jobs;
-  for (;;) {
-    WEFT_ASSIGN_OR_RETURN(const bool row, statement.Step());
-    if (!row) return jobs;
-    jobs.push_back(JobOf(JobRowOf(statement)));
-  }
-}
+constexpr char kUnfinished[] = "state IN ('JOB_STATE_QUEUED', 'JOB_STATE_RUNNING')";
 
 absl::Status NoSuchJob(const std::string& id) {
   return absl::NotFoundError(absl::StrCat("no job \"", id, "\"; `weft job list` shows the jobs"));
@@ -75,6 +68,7 @@ absl::StatusOr<std::unique_ptr<Catalogue>> Catalogue::Open(const std::string& pa
 }
 
 absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
+  const MutexLock lock(mutex_);
   const absl::StatusOr<v1::Job> existing = ReadJob(job.id());
   if (existing.ok()) return absl::AlreadyExistsError(absl::StrCat("a job \"", job.id(), "\" exists already"));
   if (!absl::IsNotFound(existing.status())) return existing.status();
@@ -83,10 +77,11 @@ absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameIn
 
 // Record first: what has one is never lost, and one that says more than its row is no damage.
 absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
+  const MutexLock lock(mutex_);
   const v1::JobUpdate whole = RecordOf(job, frames);
   const absl::StatusOr<v1::JobUpdate> before = records_.Read(job.id());
   WEFT_RETURN_IF_ERROR(records_.Write(whole));
-  const absl::Status written = [&]() -> absl::Status {
+  const absl::Status written = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) -> absl::Status {
     Transaction transaction(*database_);
     WEFT_RETURN_IF_ERROR(transaction.Begin());
     WEFT_RETURN_IF_ERROR(PutRows(*database_, whole));
@@ -96,20 +91,17 @@ absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::Fram
   return written;
 }
 
-absl::Status Catalogue::WriteJob(const v1::Job& job) {
+absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
+  const MutexLock lock(mutex_);
+  Transaction transaction(*database_);
+  WEFT_RETURN_IF_ERROR(transaction.Begin());
   WEFT_ASSIGN_OR_RETURN(
       Statement update,
       database_->Prepare("UPDATE jobs SET state = ?2, message = ?3, job = ?4, checksum = ?5 WHERE id = ?1"));
   const JobRow row = MakeRow(job);
   update.BindText(1, row.id).BindText(2, row.state).BindText(3, row.message).BindBytes(4, row.job);
   WEFT_RETURN_IF_ERROR(update.Bind(5, row.checksum).Run());
-  return database_->ChangedRows() > 0 ? absl::OkStatus() : NoSuchJob(job.id());
-}
-
-absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
-  Transaction transaction(*database_);
-  WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_RETURN_IF_ERROR(WriteJob(job));
+  if (database_->ChangedRows() == 0) return NoSuchJob(job.id());
   WEFT_ASSIGN_OR_RETURN(Statement replace, database_->Prepare(kReplaceFrame));
   for (const auto& [position, info] : frames) {
     WEFT_RETURN_IF_ERROR(ReplaceRow(replace, MakeRow(job.id(), static_cast<int64_t>(position), info)));
@@ -117,15 +109,28 @@ absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::Fr
   return transaction.Commit();
 }
 
+absl::StatusOr<std::vector<v1::Job>> Catalogue::Select(const std::string& which,
+                                                       const std::string& parameter) {
+  const MutexLock lock(mutex_);
+  WEFT_ASSIGN_OR_RETURN(Statement select, database_->Prepare(absl::StrCat("SELECT ", JobColumns(),
+                                                                          " FROM jobs WHERE ", which)));
+  if (!parameter.empty()) select.BindText(1, parameter);
+  std::vector<v1::Job> jobs;
+  for (;;) {
+    WEFT_ASSIGN_OR_RETURN(const bool row, select.Step());
+    if (!row) return jobs;
+    jobs.push_back(JobOf(JobRowOf(select)));
+  }
+}
+
 absl::StatusOr<v1::Job> Catalogue::ReadJob(const std::string& id) {
-  WEFT_ASSIGN_OR_RETURN(Statement select,
-                        database_->Prepare(absl::StrCat("SELECT ", JobColumns(), " FROM jobs WHERE id = ?")));
-  WEFT_ASSIGN_OR_RETURN(const bool row, select.BindText(1, id).Step());
-  if (!row) return NoSuchJob(id);
-  return JobOf(JobRowOf(select));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> jobs, Select("id = ?1", id));
+  if (jobs.empty()) return NoSuchJob(id);
+  return std::move(jobs.front());
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> Catalogue::ReadFrames(const std::string& job_id) {
+  const MutexLock lock(mutex_);
   WEFT_ASSIGN_OR_RETURN(Statement select,
                         database_->Prepare(absl::StrCat("SELECT ", FrameColumns(),
                                                         " FROM frames WHERE job_id = ? ORDER BY position")));
@@ -139,31 +144,21 @@ absl::StatusOr<std::vector<v1::FrameInfo>> Catalogue::ReadFrames(const std::stri
 }
 
 absl::StatusOr<std::vector<v1::Job>> Catalogue::ListJobs(int limit, const std::string& older_than) {
-  if (!older_than.empty()) {
-    if (const absl::StatusOr<v1::Job> there = ReadJob(older_than); !there.ok()) return there.status();
-  }
-  WEFT_ASSIGN_OR_RETURN(
-      Statement select,
-      database_->Prepare(
-          absl::StrCat("SELECT ", JobColumns(),
-                       " FROM jobs WHERE ?1 = '' OR sequence < (SELECT sequence FROM jobs WHERE id = ?1)",
-                       " ORDER BY sequence DESC LIMIT ?2")));
-  select.BindText(1, older_than).Bind(2, static_cast<int64_t>(limit));
-  return ReadAllJobs(select);
+  const MutexLock lock(mutex_);
+  if (older_than.empty()) return Select(absl::StrCat("true ORDER BY sequence DESC LIMIT ", limit));
+  WEFT_RETURN_IF_ERROR(ReadJob(older_than).status());
+  return Select(
+      absl::StrCat("sequence < (SELECT sequence FROM jobs WHERE id = ?1) ORDER BY sequence DESC LIMIT ",
+                   limit),
+      older_than);
 }
 
 absl::StatusOr<std::vector<v1::Job>> Catalogue::EndedJobs(int64_t skip, int limit) {
-  WEFT_ASSIGN_OR_RETURN(Statement select,
-                        database_->Prepare(absl::StrCat(
-                            "SELECT ", JobColumns(),
-                            " FROM jobs WHERE state NOT IN (?, ?) ORDER BY sequence LIMIT ? OFFSET ?")));
-  select.BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
-  select.BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
-  select.Bind(3, static_cast<int64_t>(limit)).Bind(4, skip);
-  return ReadAllJobs(select);
+  return Select(absl::StrCat("NOT ", kUnfinished, " ORDER BY sequence LIMIT ", limit, " OFFSET ", skip));
 }
 
 absl::Status Catalogue::RemoveJob(const std::string& id) {
+  const MutexLock lock(mutex_);
   WEFT_RETURN_IF_ERROR(records_.Remove(id));
   Transaction transaction(*database_);
   WEFT_RETURN_IF_ERROR(transaction.Begin());
@@ -176,12 +171,7 @@ absl::Status Catalogue::RemoveJob(const std::string& id) {
 }
 
 absl::StatusOr<std::vector<v1::Job>> Catalogue::UnfinishedJobs() {
-  WEFT_ASSIGN_OR_RETURN(Statement select,
-                        database_->Prepare(absl::StrCat(
-                            "SELECT ", JobColumns(), " FROM jobs WHERE state IN (?, ?) ORDER BY sequence")));
-  select.BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
-  select.BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
-  return ReadAllJobs(select);
+  return Select(absl::StrCat(kUnfinished, " ORDER BY sequence"));
 }
 
 }  // namespace weft

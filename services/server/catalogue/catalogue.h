@@ -11,6 +11,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/mutex.h"
 #include "services/formats/files/holder_record.h"
 #include "services/server/catalogue/folder_sync.h"
 #include "services/server/catalogue/job_records.h"
@@ -22,7 +23,7 @@ namespace weft {
 
 // Every call is one transaction that is on the disk when it returns, so the content survives a killed process
 // and a power cut. A call that returns an error has changed nothing, and may be made again. Errors name the
-// file. Thread safety: one thread at a time.
+// file. Thread safety: any thread may call any function.
 class Catalogue {
  public:
   // Makes the file where it is missing, and restores it where it is damaged (restore.h). FailedPrecondition:
@@ -63,13 +64,15 @@ class Catalogue {
         records_(std::move(records)),
         restored_(std::move(restored)),
         database_(restored_.database.get()) {}
-  absl::Status WriteJob(const v1::Job& job);
+  // Those for which an expression of SQL holds, whose ?1 is the parameter.
+  absl::StatusOr<std::vector<v1::Job>> Select(const std::string& which, const std::string& parameter = "");
 
   FileLock lock_;
   std::optional<HolderRecord> holder_;  // none: a full disk has no room for it
   const JobRecords records_;
   RestoredCatalogue restored_;
-  Database* const database_;
+  RecursiveMutex mutex_;
+  Database* const database_ ABSL_PT_GUARDED_BY(mutex_);
 };
 
 }  // namespace weft

@@ -9,15 +9,14 @@
 namespace weft {
 namespace {
 
-// Between them stands what version 1 has not.
-constexpr char kJobs[] = R"sql(
+constexpr char kTables[] = R"sql(
 CREATE TABLE jobs (
   sequence INTEGER PRIMARY KEY AUTOINCREMENT,
   id TEXT NOT NULL UNIQUE,
   state TEXT NOT NULL,
   message TEXT NOT NULL,
-  job BLOB NOT NULL)sql";
-constexpr char kFrames[] = R"sql(
+  job BLOB NOT NULL,
+  checksum INTEGER NOT NULL
 );
 CREATE INDEX jobs_by_state ON jobs (state);
 CREATE TABLE frames (
@@ -26,8 +25,8 @@ CREATE TABLE frames (
   name TEXT NOT NULL,
   state TEXT NOT NULL,
   attempts INTEGER NOT NULL,
-  info BLOB NOT NULL,)sql";
-constexpr char kEnd[] = R"sql(
+  info BLOB NOT NULL,
+  checksum INTEGER NOT NULL,
   PRIMARY KEY (job_id, position)
 ) WITHOUT ROWID;
 )sql";
@@ -59,12 +58,8 @@ absl::StatusOr<Message> Parse(const std::string& bytes, const std::string& what)
 
 }  // namespace
 
-absl::Status MakeTables(Database& database, int64_t version) {
-  const bool first = version == kFirstSchemaVersion;
-  const std::string sql = absl::StrCat(kJobs, first ? "" : ",\n  checksum INTEGER NOT NULL", kFrames,
-                                       first ? "" : "\n  checksum INTEGER NOT NULL,", kEnd);
-  WEFT_RETURN_IF_ERROR(database.Execute(sql));
-  return database.Execute(absl::StrCat("PRAGMA user_version = ", version));
+absl::Status MakeTables(Database& database) {
+  return database.Execute(absl::StrCat(kTables, "PRAGMA user_version = ", kSchemaVersion));
 }
 
 JobRow MakeRow(const v1::Job& job) {

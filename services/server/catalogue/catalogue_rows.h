@@ -14,8 +14,8 @@ namespace weft {
 inline constexpr int64_t kSchemaVersion = 2;
 inline constexpr int64_t kFirstSchemaVersion = 1;
 
-// Makes the tables of that version in an empty database.
-absl::Status MakeTables(Database& database, int64_t version = kSchemaVersion);
+// Makes the tables in an empty database.
+absl::Status MakeTables(Database& database);
 
 // State and other columns repeat what the message holds, for people who look with sqlite3. The checksum is of
 // all other columns but `sequence`.

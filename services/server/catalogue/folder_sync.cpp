@@ -2,31 +2,28 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/atomic_file.h"
 
 namespace weft {
 
 absl::Status SyncFolderOf(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
-  const int fd = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = fd >= 0 && fsync(fd) == 0;
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  if (synced) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(folder, ": cannot be flushed (", strerror(error), ")"));
+  const UniqueFd fd(open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return fd.open() ? SyncFolder(fd.get(), folder) : WriteError(folder, errno);
 }
 
 absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::milliseconds patience) {
   const std::string name = path + ".lock";
-  const int fd = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (fd < 0) {
+  UniqueFd fd(open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (!fd.open()) {
     const int error = errno;
     const std::string message = absl::StrCat(name, ": cannot be opened for writing (", strerror(error), ")");
     if (error == ENOSPC || error == EDQUOT) {
@@ -34,9 +31,9 @@ absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::mi
     }
     return absl::PermissionDeniedError(absl::StrCat(message, "; check the folder's permissions"));
   }
-  FileLock lock(fd);
+  FileLock lock(std::move(fd));
   const auto until = std::chrono::steady_clock::now() + patience;
-  while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+  while (flock(lock.fd_.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK && errno != EINTR) {
       lock.is_effective_ = false;
       break;
@@ -48,10 +45,6 @@ absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::mi
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return lock;
-}
-
-FileLock::~FileLock() {
-  if (fd_ >= 0) close(fd_);
 }
 
 }  // namespace weft

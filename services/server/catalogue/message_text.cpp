@@ -1,7 +1,5 @@
 #include "services/server/catalogue/message_text.h"
 
-#include <vector>
-
 #include "capture/file/plain_text.h"
 #include "google/protobuf/descriptor.h"
 #include "google/protobuf/unknown_field_set.h"
@@ -11,11 +9,10 @@ namespace {
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
-using google::protobuf::Reflection;
 using google::protobuf::UnknownField;
 using google::protobuf::UnknownFieldSet;
 
-// The same on the bytes of a message: fields as they are on the wire, which any text may be.
+// Fields as they are on the wire, which any text may be.
 void EscapeFields(const Descriptor& type, UnknownFieldSet& fields) {
   for (int i = 0; i < fields.field_count(); ++i) {
     UnknownField& field = *fields.mutable_field(i);
@@ -36,24 +33,7 @@ void EscapeFields(const Descriptor& type, UnknownFieldSet& fields) {
 }  // namespace
 
 void EscapeTexts(google::protobuf::Message& message) {
-  const Reflection& reflection = *message.GetReflection();
-  std::vector<const FieldDescriptor*> fields;
-  reflection.ListFields(message, &fields);
-  for (const FieldDescriptor* field : fields) {
-    const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
-    for (int i = 0; i < count; ++i) {
-      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
-        EscapeTexts(field->is_repeated() ? *reflection.MutableRepeatedMessage(&message, field, i)
-                                         : *reflection.MutableMessage(&message, field));
-      } else if (field->type() == FieldDescriptor::TYPE_STRING) {
-        const std::string text = field->is_repeated() ? reflection.GetRepeatedString(message, field, i)
-                                                      : reflection.GetString(message, field);
-        if (IsUtf8(text)) continue;
-        field->is_repeated() ? reflection.SetRepeatedString(&message, field, i, EscapedText(text))
-                             : reflection.SetString(&message, field, EscapedText(text));
-      }
-    }
-  }
+  ParseWithEscapes(std::string(message.SerializeAsString()), message);
 }
 
 bool ParseWithEscapes(const std::string& bytes, google::protobuf::Message& message) {

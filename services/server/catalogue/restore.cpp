@@ -79,7 +79,7 @@ absl::Status KeepRows(Database& database, int64_t version, const JobRecords& rec
 
 absl::Status ExamineContent(const JobRecords& records, Finding& finding) {
   Database& database = *finding.database;
-  WEFT_ASSIGN_OR_RETURN(const int64_t version, database.ReadPragma("user_version"));
+  WEFT_ASSIGN_OR_RETURN(const int64_t version, database.ReadNumber("PRAGMA user_version"));
   if (version > kSchemaVersion && version < kMaxCredibleVersion) {
     return absl::FailedPreconditionError(
         absl::StrCat(database.path(), ": written by a newer Weft (schema ", version, ", this one knows ",
@@ -181,7 +181,7 @@ absl::Status PutRecords(const JobRecords& records, const Finding& finding,
   Database& database = *finding.database;
   Transaction transaction(database);
   WEFT_RETURN_IF_ERROR(transaction.Begin());
-  WEFT_ASSIGN_OR_RETURN(const int64_t version, database.ReadPragma("user_version"));
+  WEFT_ASSIGN_OR_RETURN(const int64_t version, database.ReadNumber("PRAGMA user_version"));
   if (version != kSchemaVersion) WEFT_RETURN_IF_ERROR(MakeTables(database));
   for (const auto& [created, id] : by_age) {
     WEFT_ASSIGN_OR_RETURN(const v1::JobUpdate record, records.Read(id));

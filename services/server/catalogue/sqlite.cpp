@@ -94,10 +94,6 @@ absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
   return Statement(this, statement);
 }
 
-absl::StatusOr<int64_t> Database::ReadPragma(const std::string& name) {
-  return ReadNumber(absl::StrCat("PRAGMA ", name));
-}
-
 absl::StatusOr<int64_t> Database::ReadNumber(const std::string& sql) {
   WEFT_ASSIGN_OR_RETURN(Statement statement, Prepare(sql));
   WEFT_ASSIGN_OR_RETURN(const bool row, statement.Step());

@@ -29,7 +29,6 @@ class Database {
   // Runs statements without parameters and results.
   absl::Status Execute(const std::string& sql);
   absl::StatusOr<Statement> Prepare(const std::string& sql);
-  absl::StatusOr<int64_t> ReadPragma(const std::string& name);
   // The first number of the first row; 0 where there is none.
   absl::StatusOr<int64_t> ReadNumber(const std::string& sql);
   // By the last INSERT, UPDATE or DELETE.

@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
 #include "base/mutex.h"
+#include "base/status_code.h"
 #include "base/timed_id.h"
 #include "services/formats/files/enum_words.h"
 #include "services/ground/process/exit_status.h"
@@ -89,13 +90,6 @@ absl::Status OutcomeOfTake(const v1::RecordedTake& take) {
   return absl::InternalError(absl::StrCat("take ", take.id(), ": ", state.message()));
 }
 
-absl::StatusCode CodeOfName(const std::string& name) {
-  for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code)
-    if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == name)
-      return static_cast<absl::StatusCode>(code);
-  return absl::StatusCode::kInternal;
-}
-
 // Until the cameras are recorded, or why they are not. A recorder that takes longer is left to itself.
 absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& take) {
   constexpr std::chrono::seconds kBeginTimeout{30};
@@ -119,7 +113,7 @@ absl::Status WaitForStart(const RemoteTakeContext& context, v1::RecordedTake& ta
   const v1::RecorderState& state = ended->state();
   const bool is_short = state.phase() == v1::RECORDER_PHASE_ENDED && state.message().empty();
   if (is_short || state.sets_recorded() > 0) return absl::OkStatus();
-  return absl::Status(CodeOfName(state.error_code()),
+  return absl::Status(StatusCodeOf(state.error_code()),
                       absl::StrCat("take ", take.id(), ": ",
                                    state.message().empty() ? "its recorder ended" : state.message()));
 }

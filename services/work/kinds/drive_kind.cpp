@@ -1,4 +1,4 @@
-#include "services/work/kinds/drive_kind.h"
+#include "services/work/kinds/take_kinds.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "services/work/kinds/register_kind.h"
+#include "services/work/kinds/take_kinds.h"
 
 #include <algorithm>
 #include <utility>

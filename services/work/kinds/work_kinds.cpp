@@ -4,8 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "capture/file/plain_text.h"
-#include "services/work/kinds/drive_kind.h"
-#include "services/work/kinds/register_kind.h"
+#include "services/work/kinds/take_kinds.h"
 #include "services/work/kinds/work_kind.h"
 
 namespace weft {

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/mutex.h"
+#include "base/status_code.h"
 #include "base/status_macros.h"
 #include "services/work/executor/local_executor.h"
 #include "services/work/pipeline/registration_inputs.h"
@@ -79,14 +80,8 @@ class PilotTasks {
       options_.progress(++done_, frames_);
     }
     if (event.has_ended()) task.ended = event.usage();
-    if (event.has_error() && error_.ok()) {
-      absl::StatusCode code = absl::StatusCode::kUnknown;
-      for (int i = 1; i <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++i) {
-        if (absl::StatusCodeToString(static_cast<absl::StatusCode>(i)) == event.error().code())
-          code = static_cast<absl::StatusCode>(i);
-      }
-      error_ = absl::Status(code, event.error().message());
-    }
+    if (event.has_error() && error_.ok())
+      error_ = absl::Status(StatusCodeOf(event.error().code()), event.error().message());
   }
 
   void OnEnded(const TaskEnd& end) {

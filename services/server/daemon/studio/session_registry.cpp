@@ -160,18 +160,13 @@ v1::CaptureSession SessionRegistry::Shown(const Entry& entry) const {
   return shown;
 }
 
-std::vector<SessionRegistry::Entry*> SessionRegistry::OthersWith(const v1::Session& cameras,
-                                                                 const std::string& id) {
-  const std::set<std::string> wanted = DevicesOf(cameras);
-  std::vector<Entry*> others;
-  for (auto& [other_id, entry] : entries_) {
-    if (other_id == id || !IsOpen(entry.session)) continue;
-    const std::set<std::string> theirs = DevicesOf(entry.session.cameras());
-    if (std::ranges::any_of(theirs, [&](const auto& device) { return wanted.contains(device); })) {
-      others.push_back(&entry);
-    }
+std::map<std::string, SessionRegistry::Entry*> SessionRegistry::Holders() {
+  std::map<std::string, Entry*> holders;
+  for (auto& [id, entry] : entries_) {
+    if (!IsOpen(entry.session)) continue;
+    for (const std::string& device : DevicesOf(entry.session.cameras())) holders[device] = &entry;
   }
-  return others;
+  return holders;
 }
 
 absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRequest& request,
@@ -190,10 +185,8 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRe
     session.set_lease(known->second.session.lease());
     return session;
   }
-  const std::vector<Entry*> others = OthersWith(request.cameras(), id);
-  if (!others.empty() && !request.take_over()) {
-    return CheckCamerasAreFreeLocked("cameras.cameras", request.cameras(), id);
-  }
+  if (!request.take_over())
+    WEFT_RETURN_IF_ERROR(CheckCamerasAreFreeLocked("cameras.cameras", request.cameras(), id));
   FairShare share(kOpenSessions, "open sessions");
   for (const auto& [other_id, entry] : entries_) {
     if (IsOpen(entry.session)) share.Take(entry.session.opened_by());
@@ -211,8 +204,10 @@ absl::StatusOr<v1::CaptureSession> SessionRegistry::Open(const v1::OpenSessionRe
   entry.session.set_state(v1::CAPTURE_SESSION_STATE_OPEN);
   entry.session.set_opened_unix_ns(HostTime_ns());
   entry.session.set_lease(NewLease(id));
-  for (Entry* other : others) {
-    WEFT_RETURN_IF_ERROR(End(*other, v1::CAPTURE_SESSION_STATE_TAKEN_OVER, request.owner()));
+  const std::set<std::string> wanted = DevicesOf(request.cameras());
+  for (const auto& [device, other] : Holders()) {
+    if (wanted.contains(device) && IsOpen(other->session))
+      WEFT_RETURN_IF_ERROR(End(*other, v1::CAPTURE_SESSION_STATE_TAKEN_OVER, request.owner()));
   }
   WEFT_RETURN_IF_ERROR(Write(entry.session));
   entry.expires = now_() + LeaseOf(entry.session);
@@ -291,28 +286,24 @@ absl::Status SessionRegistry::CheckCamerasAreFree(const std::string& field, cons
 
 absl::Status SessionRegistry::CheckCamerasAreFreeLocked(const std::string& field, const v1::Session& cameras,
                                                         const std::string& id) {
-  const std::vector<Entry*> others = OthersWith(cameras, id);
-  if (others.empty()) return absl::OkStatus();
-  const Entry& other = *others.front();
-  const double remaining_s = std::chrono::duration<double>(other.expires - now_()).count();
-  const std::set<std::string> wanted = DevicesOf(cameras), theirs = DevicesOf(other.session.cameras());
-  const auto device = std::ranges::find_if(wanted, [&](const auto& d) { return theirs.contains(d); });
-  return FieldError(absl::StatusCode::kFailedPrecondition,
-                    {field,
-                     absl::StrFormat("camera %s belongs to %s, whose lease lasts %.0f s more", *device,
-                                     WordsOf(other.session), std::max(0.0, remaining_s)),
-                     "have it closed, wait, or take it over"});
+  const std::set<std::string> wanted = DevicesOf(cameras);
+  for (const auto& [device, other] : Holders()) {
+    if (!wanted.contains(device) || other->session.id() == id) continue;
+    const double remaining_s = std::chrono::duration<double>(other->expires - now_()).count();
+    return FieldError(absl::StatusCode::kFailedPrecondition,
+                      {field,
+                       absl::StrFormat("camera %s belongs to %s, whose lease lasts %.0f s more", device,
+                                       WordsOf(other->session), std::max(0.0, remaining_s)),
+                       "have it closed, wait, or take it over"});
+  }
+  return absl::OkStatus();
 }
 
 std::map<std::string, std::string> SessionRegistry::UsersOfDevices() {
   const MutexLock lock(mutex_);
   EndExpired();
   std::map<std::string, std::string> users;
-  for (const auto& [id, entry] : entries_) {
-    if (!IsOpen(entry.session)) continue;
-    for (const std::string& device : DevicesOf(entry.session.cameras()))
-      users[device] = WordsOf(entry.session);
-  }
+  for (const auto& [device, entry] : Holders()) users[device] = WordsOf(entry->session);
   return users;
 }
 

@@ -61,8 +61,8 @@ class SessionRegistry {
   // Ends it on the disk first.
   absl::Status End(Entry& entry, v1::CaptureSessionState state, const std::string& by)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  std::vector<Entry*> OthersWith(const v1::Session& cameras, const std::string& id)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Open sessions by their devices.
+  std::map<std::string, Entry*> Holders() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::StatusOr<Entry*> FindByLease(const std::string& lease) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   v1::CaptureSession Shown(const Entry& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

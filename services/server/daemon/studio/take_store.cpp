@@ -7,9 +7,11 @@
 #include <condition_variable>
 #include <filesystem>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "base/mutex.h"
 #include "base/path_facts.h"
+#include "base/status_code.h"
 #include "base/status_macros.h"
 #include "base/timed_id.h"
 #include "capture/file/plain_text.h"
@@ -31,23 +33,12 @@ absl::Status NoSuchTake(const std::string& id) {
   return absl::NotFoundError(absl::StrCat("no take \"", id, "\"; `weft take list` shows the takes"));
 }
 
-class RemovedFolder {
- public:
-  explicit RemovedFolder(std::string folder) : folder_(std::move(folder)) {}
-  RemovedFolder(const RemovedFolder&) = delete;
-  RemovedFolder& operator=(const RemovedFolder&) = delete;
-  ~RemovedFolder() { RemoveTree(folder_); }
-
- private:
-  const std::string folder_;
-};
-
 // What a daemon that was killed left there; its recorders end by themselves.
 void RemoveOldLooks(const std::string& looks_folder) {
   for (const std::string& id : TakesIn(looks_folder)) {
     const std::string folder = absl::StrCat(looks_folder, "/", id);
     const absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
-    if (!view.ok() || !view->lives) const RemovedFolder removed(folder);
+    if (!view.ok() || !view->lives) RemoveTree(folder);
   }
 }
 
@@ -65,16 +56,6 @@ absl::StatusOr<RecorderView> WaitForEnd(const std::string& folder) {
     }
     std::this_thread::sleep_for(kPause);
   }
-}
-
-// Of the name that absl gives the code.
-absl::StatusCode CodeOf(const std::string& name) {
-  for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code) {
-    if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == name) {
-      return static_cast<absl::StatusCode>(code);
-    }
-  }
-  return absl::StatusCode::kInternal;
 }
 
 }  // namespace
@@ -224,7 +205,7 @@ absl::Status TakeStore::FilmBriefly(const v1::Session& asked,
   WEFT_RETURN_IF_ERROR(CheckCamerasAreFree("cameras.cameras", session));
   const std::string folder = absl::StrCat(options_.looks_folder, "/", NewTimedId());
   WEFT_RETURN_IF_ERROR(CreateFolders(folder));
-  const RemovedFolder removed(folder);
+  const absl::Cleanup remove = [&folder] { RemoveTree(folder); };
   v1::RecorderRequest request;
   *request.mutable_session() = session;
   request.set_seconds(std::max(1.0, session.fps() > 0 ? 3 / session.fps() : 0));
@@ -232,7 +213,7 @@ absl::Status TakeStore::FilmBriefly(const v1::Session& asked,
   WEFT_RETURN_IF_ERROR(StartRecorder(options_.recorder_program, folder, request));
   WEFT_ASSIGN_OR_RETURN(const RecorderView ended, WaitForEnd(folder));
   if (ended.state.phase() != v1::RECORDER_PHASE_ENDED) {
-    return absl::Status(CodeOf(ended.state.error_code()), ended.state.message());
+    return absl::Status(StatusCodeOf(ended.state.error_code()), ended.state.message());
   }
   use(RecorderFiles(folder).take);
   return absl::OkStatus();

@@ -34,13 +34,7 @@ JobQueue::JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executo
       table_({.max_of_one_caller = options_.max_of_one_caller,
               .checks_results = static_cast<bool>(options_.find_incomplete),
               .threads_per_worker = options_.threads_per_worker}) {
-  store_ = std::make_unique<JobStore>(
-      std::move(catalogue), [this](const std::string& id) -> std::optional<std::vector<v1::FrameInfo>> {
-        const Lock lock(mutex_);
-        const JobRef job = table_.Find(id);
-        if (job == nullptr) return std::nullopt;
-        return job->infos();
-      });
+  store_ = std::make_unique<JobStore>(std::move(catalogue));
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Create(std::unique_ptr<Catalogue> catalogue,
@@ -59,10 +53,10 @@ absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Create(std::unique_ptr<Catal
 JobQueue::~JobQueue() { Stop(); }
 
 absl::Status JobQueue::Resume() {
-  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> unfinished, store_->Unfinished());
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> unfinished, store_->disk().UnfinishedJobs());
   Lock lock(mutex_);
   for (v1::Job& job : unfinished) {
-    absl::StatusOr<std::vector<v1::FrameInfo>> infos = store_->ReadFrames(job.id());
+    absl::StatusOr<std::vector<v1::FrameInfo>> infos = store_->disk().ReadFrames(job.id());
     if (infos.ok()) {
       const JobRef ref = table_.Resume(JobLife(std::move(job), *std::move(infos)), Now());
       files_.emplace(ref, std::make_shared<JobFiles>(ref->job()));
@@ -124,10 +118,10 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   Lock lock(mutex_);
   WEFT_ASSIGN_OR_RETURN(const JobRef ref, table_.Reserve(JobLife(std::move(job), frames), role));
   lock.unlock();
-  const absl::Status added = store_->Add(ref->job(), ref->infos());
+  const absl::Status added = store_->disk().AddJob(ref->job(), ref->infos());
   lock.lock();
   if (!added.ok()) {
-    table_.GiveUp(ref);
+    table_.Forget(ref);
     return added;
   }
   spdlog::info("job {}: {} frames of {}, results to {}", ref->id(), frames.size(), ref->job().spec().dump(),
@@ -143,7 +137,7 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
   const JobRef job = table_.Find(job_id);
   if (job == nullptr) {
     lock.unlock();
-    return store_->Read(job_id);
+    return store_->disk().ReadJob(job_id);
   }
   table_.Abort(job, v1::JOB_STATE_CANCELLED, "cancelled");
   Settle(lock);
@@ -165,19 +159,19 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id, v1::Role role
   Lock lock(mutex_);
   if (const JobRef live = table_.Find(job_id); live && !live->ended) return live->life.Describe();
   lock.unlock();
-  absl::StatusOr<v1::Job> job = store_->Read(job_id);
+  absl::StatusOr<v1::Job> job = store_->disk().ReadJob(job_id);
   if (!job.ok()) return job;
-  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, store_->ReadFrames(job_id));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, store_->disk().ReadFrames(job_id));
   JobLife life(*job, std::move(frames));
   if (!life.Retry()) return job;
   WEFT_RETURN_IF_ERROR(options_.admit());
   lock.lock();
   WEFT_ASSIGN_OR_RETURN(const JobRef again, table_.Reserve(std::move(life), role));
   lock.unlock();
-  const absl::Status written = store_->Replace(again->life.Describe(), again->infos());
+  const absl::Status written = store_->disk().UpdateAll(again->life.Describe(), again->infos());
   lock.lock();
   if (!written.ok()) {
-    table_.GiveUp(again);
+    table_.Forget(again);
     return written;
   }
   spdlog::info("job {} is retried: {} frames left", job_id, again->life.frames().FramesLeft());
@@ -193,7 +187,7 @@ absl::StatusOr<v1::Job> JobQueue::SetPriority(const std::string& job_id, int pri
   const JobRef job = table_.Find(job_id);
   if (job == nullptr || job->ended) {
     lock.unlock();
-    return store_->Read(job_id);
+    return store_->disk().ReadJob(job_id);
   }
   table_.SetPriority(job, priority);
   v1::Job now = job->life.Describe();

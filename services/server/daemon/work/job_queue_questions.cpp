@@ -9,7 +9,7 @@ namespace weft {
 absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
   if (std::optional<v1::Job> job = published_.Find(job_id)) return *std::move(job);
   const MutexLock still_there(forgetting_);  // or what was forgotten meanwhile would be published
-  absl::StatusOr<v1::Job> job = store_->Read(job_id);
+  absl::StatusOr<v1::Job> job = store_->disk().ReadJob(job_id);
   const Lock lock(mutex_);
   if (const JobRef live = table_.Find(job_id)) return live->life.Describe();
   if (job.ok()) published_.Publish(*job);
@@ -21,12 +21,12 @@ absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& j
     const Lock lock(mutex_);
     if (const JobRef job = table_.Find(job_id)) return job->infos();
   }
-  WEFT_RETURN_IF_ERROR(store_->Read(job_id).status());
-  return store_->ReadFrames(job_id);
+  WEFT_RETURN_IF_ERROR(store_->disk().ReadJob(job_id).status());
+  return store_->disk().ReadFrames(job_id);
 }
 
 absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit, const std::string& older_than) {
-  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> jobs, store_->List(limit, older_than));
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::Job> jobs, store_->disk().ListJobs(limit, older_than));
   // One that ended since it was read is as it ended.
   for (v1::Job& job : jobs) {
     if (std::optional<v1::Job> newest = published_.Find(job.id())) job = *std::move(newest);
@@ -82,8 +82,8 @@ absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::func
   JobRef job = table_.Find(job_id);
   if (job == nullptr) {
     lock.unlock();
-    WEFT_ASSIGN_OR_RETURN(v1::Job read, store_->Read(job_id));
-    WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, store_->ReadFrames(job_id));
+    WEFT_ASSIGN_OR_RETURN(v1::Job read, store_->disk().ReadJob(job_id));
+    WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameInfo> frames, store_->disk().ReadFrames(job_id));
     lock.lock();
     job = table_.Find(job_id);
     if (job == nullptr) job = table_.AddEnded(JobLife(std::move(read), std::move(frames)));

@@ -37,7 +37,7 @@ std::vector<Holding> JobQueue::EndedHoldings() {
   for (const std::string& folder : OwnFolders()) RemoveForgotten(folder);
   std::vector<Holding> holdings;
   for (int64_t read = 0;;) {
-    const absl::StatusOr<std::vector<v1::Job>> ended = store_->Ended(read, kJobsPerRead);
+    const absl::StatusOr<std::vector<v1::Job>> ended = store_->disk().EndedJobs(read, kJobsPerRead);
     if (!ended.ok()) spdlog::warn("old jobs stay: {}", std::string(ended.status().message()));
     if (!ended.ok() || ended->empty()) return holdings;
     for (const v1::Job& job : *ended) {
@@ -62,7 +62,7 @@ absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_u
     const Lock lock(mutex_);
     if (table_.Find(job_id) != nullptr) return absl::FailedPreconditionError("it is watched or runs again");
   }
-  WEFT_ASSIGN_OR_RETURN(const v1::Job now, store_->Read(job_id));
+  WEFT_ASSIGN_OR_RETURN(const v1::Job now, store_->disk().ReadJob(job_id));
   if (now.finished_unix_ns() != finished_unix_ns)
     return absl::FailedPreconditionError("it ran again meanwhile");
   // Only what lies with the daemon is the daemon's.
@@ -76,7 +76,7 @@ absl::Status JobQueue::ForgetEnded(const std::string& job_id, int64_t finished_u
   }
   {
     const MutexLock nobody_reads(forgetting_);
-    WEFT_RETURN_IF_ERROR(store_->Remove(job_id));
+    WEFT_RETURN_IF_ERROR(store_->disk().RemoveJob(job_id));
     published_.Remove(job_id);
   }
   for (const std::string& folder : OwnFolders()) RemoveForgotten(folder);

@@ -15,10 +15,8 @@ constexpr std::chrono::seconds kWriteAgainAfter{1};
 
 }  // namespace
 
-JobStore::JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot)
-    : catalogue_(std::move(catalogue)), restored_(catalogue_->warnings()), snapshot_(std::move(snapshot)) {
-  thread_ = std::thread(&JobStore::Work, this);
-}
+JobStore::JobStore(std::unique_ptr<Catalogue> catalogue)
+    : catalogue_(std::move(catalogue)), thread_(&JobStore::Work, this) {}
 
 void JobStore::Stop() {
   {
@@ -27,21 +25,6 @@ void JobStore::Stop() {
     changed_.notify_all();
   }
   if (thread_.joinable()) thread_.join();
-}
-
-absl::Status JobStore::Add(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-  const MutexLock disk(disk_);
-  return catalogue_->AddJob(job, frames);
-}
-
-absl::Status JobStore::Replace(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-  const MutexLock disk(disk_);
-  return catalogue_->UpdateAll(job, frames);
-}
-
-absl::Status JobStore::Remove(const std::string& job_id) {
-  const MutexLock disk(disk_);
-  return catalogue_->RemoveJob(job_id);
 }
 
 void JobStore::Put(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames) {
@@ -79,31 +62,6 @@ absl::Status JobStore::Flush(const std::string& job_id, std::chrono::millisecond
                                                   trouble_.empty() ? "" : ": ", trouble_));
 }
 
-absl::StatusOr<v1::Job> JobStore::Read(const std::string& job_id) {
-  const MutexLock disk(disk_);
-  return catalogue_->ReadJob(job_id);
-}
-
-absl::StatusOr<std::vector<v1::FrameInfo>> JobStore::ReadFrames(const std::string& job_id) {
-  const MutexLock disk(disk_);
-  return catalogue_->ReadFrames(job_id);
-}
-
-absl::StatusOr<std::vector<v1::Job>> JobStore::List(int limit, const std::string& older_than) {
-  const MutexLock disk(disk_);
-  return catalogue_->ListJobs(limit, older_than);
-}
-
-absl::StatusOr<std::vector<v1::Job>> JobStore::Ended(int64_t skip, int limit) {
-  const MutexLock disk(disk_);
-  return catalogue_->EndedJobs(skip, limit);
-}
-
-absl::StatusOr<std::vector<v1::Job>> JobStore::Unfinished() {
-  const MutexLock disk(disk_);
-  return catalogue_->UnfinishedJobs();
-}
-
 std::string JobStore::Trouble() {
   const MutexLock lock(mutex_);
   return trouble_;
@@ -111,29 +69,20 @@ std::string JobStore::Trouble() {
 
 std::vector<std::string> JobStore::Warnings() {
   const MutexLock lock(mutex_);
-  std::vector<std::string> warnings = restored_;
+  std::vector<std::string> warnings = catalogue_->warnings();
   if (!trouble_.empty()) warnings.push_back(trouble_);
   return warnings;
 }
 
 absl::Status JobStore::Write(const Pending& pending) {
-  {
-    const MutexLock disk(disk_);
-    absl::Status status;
-    if (pending.written) {
-      std::vector<v1::FrameInfo> all;  // PutLast had them
-      for (const auto& [position, info] : pending.frames) all.push_back(info);
-      status = catalogue_->UpdateAll(pending.job, all);
-    } else {
-      status = catalogue_->Update(pending.job, pending.frames);
-    }
-    if (!absl::IsNotFound(status)) return status;
+  if (pending.written) {
+    std::vector<v1::FrameInfo> all;  // PutLast had them
+    for (const auto& [position, info] : pending.frames) all.push_back(info);
+    return catalogue_->UpdateAll(pending.job, all);
   }
-  // Its row was damaged while the daemon ran.
-  const std::optional<std::vector<v1::FrameInfo>> all = snapshot_(pending.job.id());
-  if (!all) return absl::OkStatus();
-  const MutexLock disk(disk_);
-  return catalogue_->AddJob(pending.job, *all);
+  const absl::Status status = catalogue_->Update(pending.job, pending.frames);
+  // Forgotten meanwhile. Where its row was damaged while it ran, its record and its end have the job.
+  return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
 void JobStore::NoteWritten(const absl::Status& status) {

@@ -24,18 +24,13 @@ namespace weft {
 // Thread safety: any thread may call any function.
 class JobStore {
  public:
-  // All frames of a job as they are now, where its row was damaged while it ran; none: it is known no more.
-  // Called from the store's thread.
-  using Snapshot = std::function<std::optional<std::vector<v1::FrameInfo>>(const std::string& job_id)>;
-  JobStore(std::unique_ptr<Catalogue> catalogue, Snapshot snapshot);
+  explicit JobStore(std::unique_ptr<Catalogue> catalogue);
   ~JobStore() { Stop(); }
   // Writes what is left, where the disk takes it. What is put from now on is not written.
   void Stop();
 
-  // Written when they return; errors of Catalogue.
-  absl::Status Add(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
-  absl::Status Replace(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
-  absl::Status Remove(const std::string& job_id);
+  // What is on the disk. What is changed there is of no job that was put and not flushed.
+  Catalogue& disk() { return *catalogue_; }
 
   // Written soon. `frames`: those that changed, by position; further ones are added.
   void Put(const v1::Job& job, const std::map<size_t, v1::FrameInfo>& frames);
@@ -46,13 +41,6 @@ class JobStore {
   // Waits until what was put of this job is written, or cannot be written for now. Not for the functions that
   // are called by the store's thread. DeadlineExceeded, with why.
   absl::Status Flush(const std::string& job_id, std::chrono::milliseconds patience);
-
-  // As the disk has them. Errors of Catalogue.
-  absl::StatusOr<v1::Job> Read(const std::string& job_id);
-  absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
-  absl::StatusOr<std::vector<v1::Job>> List(int limit, const std::string& older_than);
-  absl::StatusOr<std::vector<v1::Job>> Ended(int64_t skip, int limit);
-  absl::StatusOr<std::vector<v1::Job>> Unfinished();
 
   // Why states cannot be written; empty: they can.
   std::string Trouble();
@@ -77,11 +65,7 @@ class JobStore {
   absl::Status Write(const Pending& pending);
   void NoteWritten(const absl::Status& status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  // Before mutex_ where both are held.
-  Mutex disk_;
-  const std::unique_ptr<Catalogue> catalogue_ ABSL_PT_GUARDED_BY(disk_);
-  const std::vector<std::string> restored_;  // warnings
-  const Snapshot snapshot_;
+  const std::unique_ptr<Catalogue> catalogue_;
 
   Mutex mutex_;
   std::condition_variable_any changed_;

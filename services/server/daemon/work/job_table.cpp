@@ -57,8 +57,6 @@ absl::StatusOr<JobRef> JobTable::Reserve(JobLife life, v1::Role role) {
   return job;
 }
 
-void JobTable::GiveUp(const JobRef& reserved) { jobs_.remove(reserved); }
-
 void JobTable::Activate(const JobRef& reserved, JobTime now) {
   reserved->reserved = false;
   if (reserved->life.following()) reserved->look_at = now;

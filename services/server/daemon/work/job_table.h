@@ -108,7 +108,6 @@ class JobTable {
   // same folder. ResourceExhausted: too many jobs wait, by the share of who submitted it. Unavailable: Stop
   // was called.
   absl::StatusOr<JobRef> Reserve(JobLife life, v1::Role role);
-  void GiveUp(const JobRef& reserved);
   // It is written down; others see it, and its tasks may begin.
   void Activate(const JobRef& reserved, JobTime now);
   // One that a daemon before this one left. `checks`: its results are looked at first.
@@ -126,7 +125,7 @@ class JobTable {
   void SetPriority(const JobRef& job, int priority);
   // The job is to end before all frames are dealt with. One that ends already stays as it is.
   void Abort(const JobRef& job, v1::JobState state, const std::string& message);
-  // Lets go of one that has ended.
+  // Lets go of one that has ended, or of a place.
   void Forget(const JobRef& job) { jobs_.remove(job); }
 
   // Tasks (job_table_tasks.cpp).

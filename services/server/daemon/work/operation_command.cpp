@@ -52,10 +52,10 @@ absl::Status CheckOperationSpec(const v1::OperationSpec& spec) {
                : BadOutName("is missing", "name what the command writes");
 }
 
-absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& spec,
-                                                     const ResolveInput& resolve) {
+absl::StatusOr<OperationCommand> CommandOf(const v1::OperationSpec& spec, const ResolveInput& resolve) {
   const v1::WorkKindInfo& kind = *FindOperationKind(spec.command());
-  std::vector<std::string> arguments = absl::StrSplit(kind.name(), ' ');
+  OperationCommand command{absl::StrSplit(kind.name(), ' '), {}};
+  std::vector<std::string>& arguments = command.arguments;
   for (const v1::OperationOption& option : spec.options()) {
     // With its value in one word, so that no value is an option.
     arguments.push_back(option.value().empty() ? absl::StrCat("--", option.name())
@@ -68,6 +68,7 @@ absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& sp
                      [&](const v1::WorkInputInfo& known) { return known.name() == input.name(); });
     WEFT_ASSIGN_OR_RETURN(const std::string path, resolve(absl::StrCat("spec.inputs.", input.name()),
                                                           of_name->item(), input.value()));
+    command.inputs.push_back(path);
     if (of_name->is_positional()) {
       positional.push_back(path);
     } else {
@@ -81,7 +82,7 @@ absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& sp
   if (spec.json()) arguments.emplace_back("--json");
   arguments.emplace_back("--");
   arguments.insert(arguments.end(), positional.begin(), positional.end());
-  return arguments;
+  return command;
 }
 
 }  // namespace weft

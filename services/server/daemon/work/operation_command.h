@@ -19,9 +19,12 @@ const v1::WorkKindInfo* FindOperationKind(const std::string& command);
 // missing or given twice, a name of the output that is none.
 absl::Status CheckOperationSpec(const v1::OperationSpec& spec);
 
-// The arguments of `weft`, which is run in the folder of its output. Precondition: CheckOperationSpec. Errors
-// of `resolve`.
-absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& spec,
-                                                     const ResolveInput& resolve);
+struct OperationCommand {
+  std::vector<std::string> arguments;  // of `weft`, which is run in the folder of its output
+  std::vector<std::string> inputs;     // as they were resolved, in the order of the spec
+};
+
+// Precondition: CheckOperationSpec. Errors of `resolve`.
+absl::StatusOr<OperationCommand> CommandOf(const v1::OperationSpec& spec, const ResolveInput& resolve);
 
 }  // namespace weft

@@ -111,8 +111,8 @@ void OperationQueue::Load() {
       Shorten(entry);
     } else {
       entry.operation.set_state(v1::JOB_STATE_QUEUED);
-      auto resolved = ArgumentsOf(entry.operation.spec(), options_.resolve);
-      if (resolved.ok()) entry.inputs = *std::move(resolved);  // else its run says what is missing
+      auto command = CommandOf(entry.operation.spec(), options_.resolve);
+      if (command.ok()) entry.inputs = std::move(command->inputs);  // else its run says what is missing
     }
     entries_[id] = std::move(entry);
   }
@@ -187,44 +187,31 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
   entries_.at(id).operation.set_share_done(share);
 }
 
-std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,
-                                                    const std::vector<std::string>& inputs) const {
-  std::vector<std::string> readable = inputs;
-  const auto add = [&readable](const std::vector<std::string>& paths) {
-    readable.insert(readable.end(), paths.begin(), paths.end());
-  };
-  add(FindLinks(inputs, options_.links).others);
-  if (FindOperationKind(spec.command())->reads_besides() && options_.readable_besides)
-    add(options_.readable_besides());
-  return readable;
-}
-
 absl::StatusOr<ChildProcess> OperationQueue::StartProcess(const v1::Operation& operation, Outcome& outcome) {
   const std::string& id = operation.id();
-  std::vector<std::string> inputs;
-  const auto resolve = [&](const std::string& field, v1::ItemKind item, const std::string& value) {
-    absl::StatusOr<std::string> path = options_.resolve(field, item, value);
-    if (path.ok()) inputs.push_back(*path);
-    return path;
-  };
-  const absl::StatusOr<std::vector<std::string>> arguments = ArgumentsOf(operation.spec(), resolve);
+  const absl::StatusOr<OperationCommand> command = CommandOf(operation.spec(), options_.resolve);
   RemoveTree(OutOf(id));
-  absl::Status ready = arguments.ok() ? CreateFolders(OutOf(id)) : arguments.status();
+  absl::Status ready = command.ok() ? CreateFolders(OutOf(id)) : command.status();
   if (!ready.ok()) {
-    outcome.refused = arguments.ok();
-    if (!arguments.ok()) outcome.exit_status = ExitStatusOf(ready);
+    outcome.refused = command.ok();
+    if (!command.ok()) outcome.exit_status = ExitStatusOf(ready);
     outcome.error = std::string(ready.message());
     return ready;
   }
   {
     const Lock lock(mutex_);
-    entries_.at(id).inputs = *arguments;
+    entries_.at(id).inputs = command->inputs;
   }
   std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid()),
                                     absl::StrCat("--memory-mib=", options_.memory_mib)};
-  for (const std::string& path : ReadableOf(operation.spec(), inputs))
-    words.push_back(absl::StrCat("--may-read=", path));
-  words.insert(words.end(), arguments->begin(), arguments->end());
+  const auto may_read = [&words](const std::vector<std::string>& paths) {
+    for (const std::string& path : paths) words.push_back(absl::StrCat("--may-read=", path));
+  };
+  may_read(command->inputs);
+  may_read(FindLinks(command->inputs, options_.links).others);
+  if (FindOperationKind(operation.spec().command())->reads_besides() && options_.readable_besides)
+    may_read(options_.readable_besides());
+  words.insert(words.end(), command->arguments.begin(), command->arguments.end());
   absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
       options_.program, words,
       {.folder = OutOf(id), .record_folder = options_.process_folder, .hides_secrets = true});

@@ -108,9 +108,6 @@ class OperationQueue {
   absl::StatusOr<ChildProcess> StartProcess(const v1::Operation& operation, Outcome& outcome);
   // Takes down what it prints until it has ended. Returns its status, as of waitpid.
   int AwaitProcess(const std::string& id, ChildProcess& child, const std::stop_token& stop, Outcome& outcome);
-  // What its process may read.
-  std::vector<std::string> ReadableOf(const v1::OperationSpec& spec,
-                                      const std::vector<std::string>& inputs) const;
   void NoteProgress(const std::string& id, const std::string& step, double share);
 
   bool IsCancelled(const std::string& id);
@@ -120,8 +117,6 @@ class OperationQueue {
   // PermissionDenied: it is somebody else's.
   absl::StatusOr<Entry*> FindOwn(const std::string& id, const Caller& caller)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // As one is answered: an ended one from its file.
-  absl::StatusOr<v1::Operation> Whole(const Entry& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // From now on nobody knows it; its folder is nobody's, and the next daemon removes what is left of it.
   absl::Status Forget(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckRoom(const v1::OperationSpec& spec, const Caller& caller) const

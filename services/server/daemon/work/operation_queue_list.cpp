@@ -33,10 +33,10 @@ constexpr size_t kLongestAbout_bytes = 200;
 
 // Paths become what they were resolved to, so that none is longer than it must be, nor leads elsewhere later.
 // Names of takes, jobs and items stay.
-v1::OperationSpec WithResolvedPaths(v1::OperationSpec spec,
-                                    const std::map<std::string, std::string>& resolved) {
-  for (v1::OperationInput& input : *spec.mutable_inputs()) {
-    if (absl::StartsWith(input.value(), "/")) input.set_value(resolved.at(input.value()));
+v1::OperationSpec WithResolvedPaths(v1::OperationSpec spec, const std::vector<std::string>& resolved) {
+  for (int i = 0; i < spec.inputs_size(); ++i) {
+    v1::OperationInput& input = *spec.mutable_inputs(i);
+    if (absl::StartsWith(input.value(), "/")) input.set_value(resolved[static_cast<size_t>(i)]);
   }
   return spec;
 }
@@ -90,11 +90,6 @@ absl::StatusOr<OperationQueue::Entry*> OperationQueue::FindOwn(const std::string
   return entry;
 }
 
-absl::StatusOr<v1::Operation> OperationQueue::Whole(const Entry& entry) const {
-  if (HasEnded(entry.operation)) return Read(entry.operation.id());
-  return entry.operation;
-}
-
 absl::Status OperationQueue::CheckRoom(const v1::OperationSpec& spec, const Caller& caller) const {
   FairShare places(kWaiting, "unfinished operations"), bytes(kWaitingBytes, "bytes of unfinished operations");
   for (const auto& [id, entry] : entries_) {
@@ -111,19 +106,15 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
                                                     const Caller& caller) {
   WEFT_RETURN_IF_ERROR(CheckKey(request.idempotency_key()));
   WEFT_RETURN_IF_ERROR(CheckOperationSpec(request.spec()));
-  std::map<std::string, std::string> paths;
-  WEFT_ASSIGN_OR_RETURN(
-      std::vector<std::string> resolved,
-      ArgumentsOf(request.spec(), [&](const std::string& field, v1::ItemKind item, const std::string& value) {
-        absl::StatusOr<std::string> path = options_.resolve(field, item, value);
-        if (path.ok()) paths[value] = *path;
-        return path;
-      }));
-  const v1::OperationSpec spec = WithResolvedPaths(request.spec(), paths);
+  WEFT_ASSIGN_OR_RETURN(OperationCommand command, CommandOf(request.spec(), options_.resolve));
+  const v1::OperationSpec spec = WithResolvedPaths(request.spec(), command.inputs);
   const Lock lock(mutex_);
   const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
   if (const auto found = entries_.find(id); found != entries_.end()) {
-    WEFT_ASSIGN_OR_RETURN(v1::Operation known, Whole(found->second));
+    v1::Operation known = found->second.operation;
+    if (HasEnded(known)) {
+      WEFT_ASSIGN_OR_RETURN(known, Read(id));
+    }
     WEFT_RETURN_IF_ERROR(CheckRepeats(caller, known.started_by(),
                                       known.spec().SerializeAsString() == spec.SerializeAsString(),
                                       absl::StrCat("operation ", id, " was started")));
@@ -136,7 +127,7 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
   WEFT_RETURN_IF_ERROR(options_.admit());
   WEFT_RETURN_IF_ERROR(CheckRoom(spec, caller));
   Entry entry;
-  entry.inputs = std::move(resolved);
+  entry.inputs = std::move(command.inputs);
   entry.operation.set_id(id);
   entry.operation.set_started_by(caller.name);
   entry.operation.set_about(AboutOf(spec));

@@ -14,7 +14,7 @@ namespace {
 TEST(FolderSync, FlushesFoldersAndSaysWhichItCannot) {
   const TempFolder folder;
   EXPECT_TRUE(SyncFolderOf(folder / "file").ok());
-  EXPECT_EQ(SyncFolderOf(folder / "missing/file").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(SyncFolderOf(folder / "missing/file").code(), absl::StatusCode::kNotFound);
 }
 
 // flock is per open file, so this process stands for the second one.

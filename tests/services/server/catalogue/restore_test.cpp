@@ -284,10 +284,18 @@ TEST_F(RestoreTest, ACatalogueOfTheFirstSchemaIsUpgraded) {
   {
     const auto database = Database::Open(path_);
     ASSERT_TRUE(database.ok());
-    ASSERT_TRUE(MakeTables(**database, kFirstSchemaVersion).ok());
+    ASSERT_TRUE(
+        (*database)
+            ->Execute("CREATE TABLE jobs (sequence INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL "
+                      "UNIQUE, state TEXT NOT NULL, message TEXT NOT NULL, job BLOB NOT NULL);"
+                      "CREATE TABLE frames (job_id TEXT NOT NULL, position INTEGER NOT NULL, name TEXT "
+                      "NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL, info BLOB NOT NULL, "
+                      "PRIMARY KEY (job_id, position)) WITHOUT ROWID; PRAGMA user_version = 1")
+            .ok());
     for (int i = 0; i < 2; ++i) {
       v1::Job job = JobToRestore(absl::StrCat(i), v1::JOB_STATE_DONE);
       if (i == 0) job.add_warnings("c\xff\xfe.png");
+      job.set_created_unix_ns(i);
       auto insert = (*database)->Prepare("INSERT INTO jobs (id, state, message, job) VALUES (?, ?, ?, ?)");
       ASSERT_TRUE(insert.ok()) << insert.status();
       insert->BindText(1, job.id()).BindText(2, "JOB_STATE_DONE").BindText(3, "");

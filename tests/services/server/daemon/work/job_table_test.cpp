@@ -23,7 +23,7 @@ TEST_F(JobTableTest, AReservedJobCountsAndIsNotSeen) {
   other.mutable_spec()->set_out("/results/a");
   EXPECT_EQ(table_.Reserve(JobLife(other, Names(1)), v1::ROLE_CLIENT).status().code(),
             absl::StatusCode::kFailedPrecondition);
-  table_.GiveUp(*reserved);
+  table_.Forget(*reserved);
   EXPECT_TRUE(table_.Reserve(JobLife(other, Names(1)), v1::ROLE_CLIENT).ok());
 }
 

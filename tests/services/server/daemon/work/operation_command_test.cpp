@@ -7,6 +7,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 v1::OperationSpec Spec(const std::string& command) {
   v1::OperationSpec spec;
@@ -44,16 +45,18 @@ TEST(OperationCommand, IsTheCommandLineWithResolvedInputs) {
   spec = WithOut(WithOption(WithOption(spec, "min-views", "3"), "world-floor", ""), "rig.json");
   spec.set_json(true);
   ASSERT_TRUE(CheckOperationSpec(spec).ok()) << CheckOperationSpec(spec);
-  EXPECT_THAT(*ArgumentsOf(spec, Allowed),
+  EXPECT_THAT(CommandOf(spec, Allowed)->arguments,
               ElementsAre("rig", "calibrate", "--min-views=3", "--world-floor", "--target=/data/target.json",
                           "--out=rig.json", "--json", "--", "/data/boards"));
+  EXPECT_THAT(CommandOf(spec, Allowed)->inputs, UnorderedElementsAre("/data/boards", "/data/target.json"));
   const v1::OperationSpec trim = WithInput(Spec("take trim"), "take", "take:1");
-  EXPECT_THAT(*ArgumentsOf(trim, Allowed), ElementsAre("take", "trim", "--out=take", "--", "/data/take:1"));
+  EXPECT_THAT(CommandOf(trim, Allowed)->inputs, ElementsAre("/data/take:1"));
+  EXPECT_THAT(CommandOf(trim, Allowed)->arguments,
+              ElementsAre("take", "trim", "--out=take", "--", "/data/take:1"));
 }
 
 TEST(OperationCommand, InputsThatMayNotBeReadAreRefused) {
-  const absl::Status status =
-      ArgumentsOf(WithInput(Spec("take verify"), "take", "/secret"), Allowed).status();
+  const absl::Status status = CommandOf(WithInput(Spec("take verify"), "take", "/secret"), Allowed).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
   EXPECT_THAT(std::string(status.message()), HasSubstr("spec.inputs.take"));
 }
