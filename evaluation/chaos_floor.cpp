@@ -21,7 +21,7 @@ void ChaosFloor::Add(double time_s, const std::vector<Eigen::Vector3d>& a_mm,
     distance_mm_.push_back(apart[v].norm());
     sum += apart[v].norm();
     if (recent_mm_.size() == 2)
-      trembling_mm_.push_back((recent_mm_[0][v] - 2 * recent_mm_[1][v] + apart[v]).norm());
+      error_jitter_mm_.push_back((recent_mm_[0][v] - 2 * recent_mm_[1][v] + apart[v]).norm());
   }
   if (recent_mm_.size() == 2) recent_mm_.erase(recent_mm_.begin());
   recent_mm_.push_back(std::move(apart));

@@ -28,13 +28,13 @@ class ChaosFloor {
   std::optional<ErrorSummary> NormalsDeg() const { return normals_deg_.Summary(); }
   // Length of the second difference of the distance over three frames, which DrivingScore measures of driven
   // meshes; empty with fewer.
-  std::optional<ErrorSummary> TremblingMm() const { return trembling_mm_.Summary(); }
+  std::optional<ErrorSummary> ErrorJitterMm() const { return error_jitter_mm_.Summary(); }
   // Mean distance of each frame, in their order.
   const std::vector<double>& FrameMeansMm() const { return frame_means_mm_; }
 
  private:
   int frames_ = 0;
-  ErrorTally distance_mm_, normals_deg_, trembling_mm_;
+  ErrorTally distance_mm_, normals_deg_, error_jitter_mm_;
   std::vector<double> frame_means_mm_;
   std::vector<std::vector<Eigen::Vector3d>> recent_mm_;  // differences of the last two frames at most
 };

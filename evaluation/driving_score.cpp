@@ -44,17 +44,17 @@ absl::Status DrivingScore::Add(const ScoredMesh& mesh, const std::vector<Eigen::
   chamfer_mm_.push_back(ChamferMm(mesh.vertices_mm, truth_mm));
   ++frames_;
   if (!follows) recent_.clear();
-  if (recent_.size() == 2) AddTrembling(moment);
+  if (recent_.size() == 2) AddErrorJitter(moment);
   if (recent_.size() == 2) recent_.erase(recent_.begin());
   recent_.push_back(std::move(moment));
   return absl::OkStatus();
 }
 
-void DrivingScore::AddTrembling(const Moment& last) {
+void DrivingScore::AddErrorJitter(const Moment& last) {
   const Moment &first = recent_[0], &middle = recent_[1];
   for (size_t v = 0; v < last.error_mm.size(); ++v) {
-    const double trembling = (first.error_mm[v] - 2 * middle.error_mm[v] + last.error_mm[v]).norm();
-    (middle.seen[v] ? trembling_seen_mm_ : trembling_unseen_mm_).push_back(trembling);
+    const double jitter_mm = (first.error_mm[v] - 2 * middle.error_mm[v] + last.error_mm[v]).norm();
+    (middle.seen[v] ? error_jitter_seen_mm_ : error_jitter_unseen_mm_).push_back(jitter_mm);
   }
 }
 
@@ -65,7 +65,8 @@ DrivingScore& DrivingScore::operator+=(const DrivingScore& other) {
   all_mm_ += other.all_mm_, seen_mm_ += other.seen_mm_, unseen_mm_ += other.unseen_mm_;
   crossed_mm_ += other.crossed_mm_, across_mm_ += other.across_mm_;
   chamfer_mm_ += other.chamfer_mm_;
-  trembling_seen_mm_ += other.trembling_seen_mm_, trembling_unseen_mm_ += other.trembling_unseen_mm_;
+  error_jitter_seen_mm_ += other.error_jitter_seen_mm_,
+      error_jitter_unseen_mm_ += other.error_jitter_unseen_mm_;
   recent_.clear();
   return *this;
 }

@@ -44,7 +44,7 @@ class DrivingScore {
   // A vertex further off than this is lost.
   static constexpr double kLostMm = 80;
 
-  // `follows`: the frame comes right after the one before; trembling is not measured over gaps.
+  // `follows`: the frame comes right after the one before; jitter is not measured over gaps.
   // InvalidArgument: other numbers of vertices than `truth_mm`, or positions that are not finite.
   absl::Status Add(const ScoredMesh& mesh, const std::vector<Eigen::Vector3d>& truth_mm,
                    const VertexRays& rays, bool follows);
@@ -64,8 +64,8 @@ class DrivingScore {
   const ErrorTally& chamfer_mm() const { return chamfer_mm_; }
   // Length of the second difference of the error over three frames: the cloth's own acceleration is no part
   // of it. By whether a camera saw the vertex in the middle one.
-  const ErrorTally& trembling_seen_mm() const { return trembling_seen_mm_; }
-  const ErrorTally& trembling_unseen_mm() const { return trembling_unseen_mm_; }
+  const ErrorTally& error_jitter_seen_mm() const { return error_jitter_seen_mm_; }
+  const ErrorTally& error_jitter_unseen_mm() const { return error_jitter_unseen_mm_; }
   // Share of the vertices whose distance is below one and two sigma; about 68 % and 95 % where sigma is
   // right. Empty where it is not known.
   std::optional<double> ShareWithin(int sigmas) const;
@@ -79,12 +79,12 @@ class DrivingScore {
     std::vector<Eigen::Vector3d> error_mm;
     std::vector<bool> seen;
   };
-  void AddTrembling(const Moment& last);
+  void AddErrorJitter(const Moment& last);
 
   int frames_ = 0;
   int64_t lost_ = 0, with_sigma_ = 0, within_one_ = 0, within_two_ = 0;
   ErrorTally all_mm_, seen_mm_, crossed_mm_, unseen_mm_, across_mm_, chamfer_mm_;
-  ErrorTally trembling_seen_mm_, trembling_unseen_mm_;
+  ErrorTally error_jitter_seen_mm_, error_jitter_unseen_mm_;
   std::vector<Moment> recent_;  // the last two at most
 };
 

@@ -1,4 +1,4 @@
-// Trembling of a registered sequence.
+// Jitter of a registered sequence.
 #pragma once
 
 #include <Eigen/Core>

@@ -12,7 +12,7 @@ import avatar_goals
 
 def score(split, cameras, method, mean_mm, **more):
     return {"split": split, "cameras": cameras, "method": method, "frames": 10, "mean_mm": mean_mm, "median_mm": 1,
-            "across_mm": 0.1, "seen_mm": 1, "unseen_mm": 1, "chamfer_mm": 1, "trembling_seen_mm": 0, "trembling_unseen_mm": 0,
+            "across_mm": 0.1, "seen_mm": 1, "unseen_mm": 1, "chamfer_mm": 1, "error_jitter_seen_mm": 0, "error_jitter_unseen_mm": 0,
             "share_within_sigma": 0.7, "share_within_two_sigma": 0.93, "lost_vertices": "0", "ms_a_frame": 90, "threads": 1,
             "at_seams_mm": 0, "off_seams_mm": 0, **more}
 
@@ -34,8 +34,8 @@ class Goals(unittest.TestCase):
 
     def test_compare_with_other_methods_and_numbers_of_cameras(self):
         values = self.values(
-            score("test-known", 2, "driven", 2, trembling_seen_mm=0.2, at_seams_mm=3, off_seams_mm=2),
-            score("test-known", 2, "carrier", 5), score("test-known", 2, "frame by frame", 2, trembling_seen_mm=0.8),
+            score("test-known", 2, "driven", 2, error_jitter_seen_mm=0.2, at_seams_mm=3, off_seams_mm=2),
+            score("test-known", 2, "carrier", 5), score("test-known", 2, "frame by frame", 2, error_jitter_seen_mm=0.8),
             score("test-known", 8, "driven", 1.5, from_registered_mm=0.25), score("test-known", 3, "driven", 1),
             score("test-known", 2, "elsewhere", 2.5), score("test-known", 2, "one dark", 9, lost_vertices="3"),
             score("test-known", 2, "after dark", 2.2), score("test-known", 2, "never dark", 2))

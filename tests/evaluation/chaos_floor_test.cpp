@@ -42,18 +42,18 @@ TEST(ChaosFloor, TellsDistancesAndAnglesAfterTheFirstHalfSecond) {
   EXPECT_EQ(floor.FrameMeansMm(), (std::vector<double>{3, 0}));
 }
 
-TEST(ChaosFloor, TremblingIsTheSecondDifferenceOverThreeFrames) {
+TEST(ChaosFloor, JitterIsTheSecondDifferenceOverThreeFrames) {
   const std::vector<Vector3d> a = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}};
   ChaosFloor floor;
   // 0, 1, 4, 9: second differences of 2.
   for (int k = 0; k < 4; ++k) {
     std::vector<Vector3d> b = a;
     for (Vector3d& p : b) p.y() += k * k;
-    EXPECT_EQ(floor.TremblingMm().has_value(), k > 2);
+    EXPECT_EQ(floor.ErrorJitterMm().has_value(), k > 2);
     floor.Add(1 + k / 30.0, a, b, kTriangle);
   }
-  EXPECT_NEAR(floor.TremblingMm()->mean, 2, 1e-12);
-  EXPECT_NEAR(floor.TremblingMm()->max, 2, 1e-12);
+  EXPECT_NEAR(floor.ErrorJitterMm()->mean, 2, 1e-12);
+  EXPECT_NEAR(floor.ErrorJitterMm()->max, 2, 1e-12);
 }
 
 TEST(ChaosFloor, MeasuresSmallAndLargeAngles) {

@@ -53,7 +53,7 @@ TEST(DrivingScore, TellsWhereRaysCross) {
 }
 
 // A mesh that shakes by 1 mm beside cloth that accelerates.
-TEST(DrivingScore, TremblingIsFreeOfTheClothsOwnMotion) {
+TEST(DrivingScore, JitterIsFreeOfTheClothsOwnMotion) {
   const VertexRays rays(1);
   DrivingScore smooth, shaking, broken;
   for (int t = 0; t < 9; ++t) {
@@ -63,10 +63,10 @@ TEST(DrivingScore, TremblingIsFreeOfTheClothsOwnMotion) {
     ASSERT_TRUE(shaking.Add({{truth[0] + shake}, {}}, truth, rays, true).ok());
     ASSERT_TRUE(broken.Add({{truth[0] + shake}, {}}, truth, rays, t % 2 == 1).ok());
   }
-  EXPECT_EQ(smooth.trembling_unseen_mm().size(), 7u);
-  EXPECT_NEAR(smooth.trembling_unseen_mm().Summary()->max, 0, 1e-9);
-  EXPECT_DOUBLE_EQ(shaking.trembling_unseen_mm().Summary()->mean, 2);
-  EXPECT_TRUE(broken.trembling_unseen_mm().empty());
+  EXPECT_EQ(smooth.error_jitter_unseen_mm().size(), 7u);
+  EXPECT_NEAR(smooth.error_jitter_unseen_mm().Summary()->max, 0, 1e-9);
+  EXPECT_DOUBLE_EQ(shaking.error_jitter_unseen_mm().Summary()->mean, 2);
+  EXPECT_TRUE(broken.error_jitter_unseen_mm().empty());
 }
 
 TEST(DrivingScore, CountsDistancesWithinSigma) {
@@ -81,7 +81,7 @@ TEST(DrivingScore, CountsDistancesWithinSigma) {
   EXPECT_NEAR(*score.ShareWithin(2), 0.9545, 0.005);
 }
 
-TEST(DrivingScore, SequencesAddUpWithoutTremblingBetweenThem) {
+TEST(DrivingScore, SequencesAddUpWithoutJitterBetweenThem) {
   const VertexRays rays(1);
   DrivingScore all;
   for (const double off : {0.0, 50.0}) {
@@ -92,8 +92,8 @@ TEST(DrivingScore, SequencesAddUpWithoutTremblingBetweenThem) {
   }
   EXPECT_EQ(all.frames(), 6);
   EXPECT_DOUBLE_EQ(all.all_mm().Summary()->mean, 25);
-  EXPECT_EQ(all.trembling_unseen_mm().size(), 2u);
-  EXPECT_DOUBLE_EQ(all.trembling_unseen_mm().Summary()->max, 0);
+  EXPECT_EQ(all.error_jitter_unseen_mm().size(), 2u);
+  EXPECT_DOUBLE_EQ(all.error_jitter_unseen_mm().Summary()->max, 0);
 }
 
 TEST(DrivingScore, RefusesOtherMeshes) {

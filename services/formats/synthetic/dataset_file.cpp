@@ -180,7 +180,7 @@ absl::StatusOr<std::vector<TakeFloor>> MeasureFloor(const v1::Dataset& dataset, 
     }
     if (floor.frames() > 0)
       out.push_back({first->name(), floor.frames(), *floor.DistanceMm(), *floor.NormalsDeg(),
-                     floor.TremblingMm().value_or(ErrorSummary()).mean});
+                     floor.ErrorJitterMm().value_or(ErrorSummary()).mean});
   }
   return out;
 }

@@ -30,7 +30,7 @@ struct TakeFloor {
   std::string take;  // whose motion it repeats
   int frames = 0;    // that both takes have, after the first half second
   ErrorSummary distance_mm, normals_deg;
-  double trembling_mm = 0;  // in the mean
+  double error_jitter_mm = 0;  // in the mean
 };
 // Of the takes of the set whose both runs are complete. Errors of files.
 absl::StatusOr<std::vector<TakeFloor>> MeasureFloor(const v1::Dataset& dataset, const std::string& folder);

@@ -47,8 +47,7 @@ std::vector<ComparisonPlot> ComparisonPlots(const JobComparison& comparison) {
   if (comparison.a.frames.size() < 2) return plots;
   for (const ComparedMeasure& compared : comparison.measures) {
     const EvaluationMeasure& measure = *compared.measure;
-    PlotText text{.title = measure.title, .unit = measure.unit, .decimals = measure.decimals};
-    if (!text.unit.empty()) absl::StrAppend(&text.title, ", ", text.unit);
+    PlotText text{.title = TitleWithUnit(measure), .unit = measure.unit, .decimals = measure.decimals};
     std::vector<PlotSeries> series = {{"A", {}}, {"B", {}}};
     for (size_t f = 0; f < comparison.a.frames.size(); ++f) {
       series[0].values.push_back(measure.value(comparison.a.frames[f]).value_or(kNotThere));
@@ -64,9 +63,10 @@ std::vector<ComparisonPlot> ComparisonPlots(const JobComparison& comparison) {
     distance[1].values.push_back(frame.distance_mm ? frame.distance_mm->p95 : kNotThere);
   }
   // Other looks than those of A and B.
+  const Measure& apart = MeasureNamed("distance_mm");
   plots.push_back(
-      {"distance_mm",
-       {.title = "Distance of the meshes' vertices, mm", .unit = "mm", .decimals = 3, .first_style = 2},
+      {apart.name,
+       {.title = TitleWithUnit(apart), .unit = apart.unit, .decimals = apart.decimals, .first_style = 2},
        std::move(distance)});
   return plots;
 }

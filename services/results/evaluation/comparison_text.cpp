@@ -11,15 +11,6 @@ namespace {
 
 constexpr int kTitleWidth = 46;
 
-// In the measure's own unit; shares as per cent.
-double InShownUnit(const EvaluationMeasure& measure, double value) {
-  return std::string_view(measure.unit) == "%" ? 100 * value : value;
-}
-
-std::string MeasureTitle(const EvaluationMeasure& measure) {
-  return *measure.unit == '\0' ? measure.title : absl::StrCat(measure.title, ", ", measure.unit);
-}
-
 std::string MeasureLine(const ComparedMeasure& compared) {
   const EvaluationMeasure& m = *compared.measure;
   const auto number = [&](double value) {
@@ -29,7 +20,7 @@ std::string MeasureLine(const ComparedMeasure& compared) {
       compared.test ? absl::StrFormat("%.*f", m.decimals + 1, InShownUnit(m, compared.test->standard_error))
                     : "-";
   return absl::StrFormat(
-      "%-*s | %9s %9s | %+9.*f %9s | %6d %7s %7s | %s\n", kTitleWidth, MeasureTitle(m), number(compared.a),
+      "%-*s | %9s %9s | %+9.*f %9s | %6d %7s %7s | %s\n", kTitleWidth, TitleWithUnit(m), number(compared.a),
       number(compared.b), m.decimals + 1, InShownUnit(m, compared.a - compared.b), error, compared.frames,
       compared.test ? ProbabilityText(compared.test->p) : "-",
       compared.test ? ProbabilityText(compared.p_adjusted) : "-", OutcomeText(compared.outcome));

@@ -227,13 +227,14 @@ class FrameEvaluator {
       WEFT_ASSIGN_OR_RETURN(const Positions true_before_mm, TrueMesh(-1));
       metrics.jitter_of_truth_mm =
           SummaryWhere(SecondDifferences(true_before_mm, true_mm_, true_after_mm), {}, true);
-      // The cloth's own acceleration is in neither the error of the mesh nor its trembling.
+      // The cloth's own acceleration is in neither the error of the mesh nor its jitter.
       const Positions& now_mm = pieces_.mesh->mesh.vertices_mm;
-      const std::vector<double> trembling_mm =
+      const std::vector<double> error_jitter_mm =
           SecondDifferences(Difference(*before_mm, true_before_mm), Difference(now_mm, true_mm_),
                             Difference(after_mm, true_after_mm));
-      metrics.error_jitter_observed_mm = SummaryWhere(trembling_mm, measured_, true);
-      if (!measured_.empty()) metrics.error_jitter_inferred_mm = SummaryWhere(trembling_mm, measured_, false);
+      metrics.error_jitter_observed_mm = SummaryWhere(error_jitter_mm, measured_, true);
+      if (!measured_.empty())
+        metrics.error_jitter_inferred_mm = SummaryWhere(error_jitter_mm, measured_, false);
     }
     metrics.error_change_mm = SummaryWhere(
         ErrorChanges(pieces_.mesh->mesh.vertices_mm, true_mm_, after_mm, true_after_mm), well_seen_, true);

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <utility>
+#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "base/mutex.h"
 #include "base/status_macros.h"
+#include "services/results/evaluation/evaluation_measures.h"
 #include "services/results/evaluation/evaluation_verdict.h"
 #include "services/results/report/camera_facts.h"
 #include "services/results/report/job_frames.h"
@@ -16,8 +18,8 @@
 namespace weft {
 namespace {
 
-std::optional<ErrorSummary> MeanOf(const std::vector<EvaluatedFrame>& frames,
-                                   std::optional<ErrorSummary> FrameMetrics::*field) {
+std::optional<ErrorSummary> OverFrames(const std::vector<EvaluatedFrame>& frames,
+                                       std::optional<ErrorSummary> FrameMetrics::*field) {
   ErrorSummary total;
   for (const EvaluatedFrame& frame : frames) {
     const std::optional<ErrorSummary>& one = frame.metrics.*field;
@@ -34,34 +36,28 @@ std::optional<ErrorSummary> MeanOf(const std::vector<EvaluatedFrame>& frames,
   return total;
 }
 
-template <typename T>
-std::optional<T> MeanOf(const std::vector<EvaluatedFrame>& frames, std::optional<T> FrameMetrics::*field) {
+std::optional<double> OverFrames(const std::vector<EvaluatedFrame>& frames,
+                                 std::optional<double> FrameMetrics::*field) {
   double sum = 0;
   int count = 0;
   for (const EvaluatedFrame& frame : frames)
-    if (frame.metrics.*field) sum += static_cast<double>(*(frame.metrics.*field)), ++count;
+    if (frame.metrics.*field) sum += *(frame.metrics.*field), ++count;
   if (count == 0) return std::nullopt;
-  return static_cast<T>(sum / count);
+  return sum / count;
+}
+
+std::optional<int64_t> OverFrames(const std::vector<EvaluatedFrame>& frames,
+                                  std::optional<int64_t> FrameMetrics::*field) {
+  std::optional<int64_t> sum;  // counts add up
+  for (const EvaluatedFrame& frame : frames)
+    if (frame.metrics.*field) sum = sum.value_or(0) + *(frame.metrics.*field);
+  return sum;
 }
 
 FrameMetrics Total(const std::vector<EvaluatedFrame>& frames) {
   FrameMetrics total;
-  for (const auto field :
-       {&FrameMetrics::coverage, &FrameMetrics::two_view_share, &FrameMetrics::distortion_mm,
-        &FrameMetrics::distortion_relative, &FrameMetrics::texture_flow_lost})
-    total.*field = MeanOf(frames, field);
-  for (const auto field :
-       {&FrameMetrics::texture_drift_mm, &FrameMetrics::texture_drift_mm_s,
-        &FrameMetrics::true_drift_observed_mm, &FrameMetrics::true_drift_inferred_mm,
-        &FrameMetrics::true_drift_observed_mm_s, &FrameMetrics::true_drift_inferred_mm_s,
-        &FrameMetrics::jitter_observed_mm, &FrameMetrics::jitter_inferred_mm, &FrameMetrics::error_change_mm,
-        &FrameMetrics::error_change_mm_s, &FrameMetrics::jitter_of_truth_mm,
-        &FrameMetrics::error_jitter_observed_mm, &FrameMetrics::error_jitter_inferred_mm,
-        &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
-    total.*field = MeanOf(frames, field);
-  for (const EvaluatedFrame& frame : frames)
-    if (frame.metrics.self_intersections)
-      total.self_intersections = total.self_intersections.value_or(0) + *frame.metrics.self_intersections;
+  for (const FrameMetric& metric : FrameMetricFields())
+    std::visit([&](auto field) { total.*field = OverFrames(frames, field); }, metric.field);
   return total;
 }
 

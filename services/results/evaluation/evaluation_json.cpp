@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <variant>
 
 #include "services/formats/files/json_file.h"
+#include "services/results/evaluation/evaluation_measures.h"
 #include "services/results/evaluation/evaluation_text.h"
 #include "services/results/report/paper_table.h"
 #include "weft/v1/evaluation.pb.h"
@@ -59,33 +61,26 @@ v1::CloudScore ToProto(const CloudScore& score) {
   return out;
 }
 
+void SetField(double value, const google::protobuf::FieldDescriptor* field, v1::MeasureScore& to) {
+  to.GetReflection()->SetDouble(&to, field, value);
+}
+void SetField(int64_t value, const google::protobuf::FieldDescriptor* field, v1::MeasureScore& to) {
+  to.GetReflection()->SetUInt32(&to, field, Count(value));
+}
+void SetField(const ErrorSummary& value, const google::protobuf::FieldDescriptor* field,
+              v1::MeasureScore& to) {
+  to.GetReflection()->MutableMessage(&to, field)->CopyFrom(ToProto(value));
+}
+
 v1::MeasureScore ToProto(const FrameMetrics& metrics) {
   v1::MeasureScore out;
-  if (metrics.coverage) out.set_coverage(*metrics.coverage);
-  if (metrics.two_view_share) out.set_two_view_share(*metrics.two_view_share);
-  if (metrics.distortion_mm) out.set_geodesic_distortion_mm(*metrics.distortion_mm);
-  if (metrics.distortion_relative) out.set_geodesic_distortion_relative(*metrics.distortion_relative);
-  if (metrics.self_intersections) out.set_self_intersecting_pairs(Count(*metrics.self_intersections));
-  if (metrics.texture_flow_lost) out.set_texture_flow_lost(*metrics.texture_flow_lost);
-  const auto put = [](const std::optional<ErrorSummary>& from, v1::ErrorSummary* (v1::MeasureScore::*field)(),
-                      v1::MeasureScore& to) {
-    if (from) *(to.*field)() = ToProto(*from);
-  };
-  put(metrics.texture_drift_mm, &v1::MeasureScore::mutable_texture_drift_mm, out);
-  put(metrics.true_drift_observed_mm, &v1::MeasureScore::mutable_true_drift_observed_mm, out);
-  put(metrics.true_drift_inferred_mm, &v1::MeasureScore::mutable_true_drift_inferred_mm, out);
-  put(metrics.texture_drift_mm_s, &v1::MeasureScore::mutable_texture_drift_mm_s, out);
-  put(metrics.true_drift_observed_mm_s, &v1::MeasureScore::mutable_true_drift_observed_mm_s, out);
-  put(metrics.true_drift_inferred_mm_s, &v1::MeasureScore::mutable_true_drift_inferred_mm_s, out);
-  put(metrics.jitter_observed_mm, &v1::MeasureScore::mutable_jitter_observed_mm, out);
-  put(metrics.jitter_inferred_mm, &v1::MeasureScore::mutable_jitter_inferred_mm, out);
-  put(metrics.jitter_of_truth_mm, &v1::MeasureScore::mutable_jitter_of_truth_mm, out);
-  put(metrics.error_jitter_observed_mm, &v1::MeasureScore::mutable_error_jitter_observed_mm, out);
-  put(metrics.error_jitter_inferred_mm, &v1::MeasureScore::mutable_error_jitter_inferred_mm, out);
-  put(metrics.error_change_mm, &v1::MeasureScore::mutable_error_change_mm, out);
-  put(metrics.error_change_mm_s, &v1::MeasureScore::mutable_error_change_mm_s, out);
-  put(metrics.reprojection_px, &v1::MeasureScore::mutable_reprojection_px, out);
-  put(metrics.left_out_px, &v1::MeasureScore::mutable_left_out_px, out);
+  for (const FrameMetric& metric : FrameMetricFields())
+    std::visit(
+        [&](auto field) {
+          if (metrics.*field)
+            SetField(*(metrics.*field), out.GetDescriptor()->FindFieldByName(metric.name), out);
+        },
+        metric.field);
   return out;
 }
 

@@ -3,26 +3,32 @@
 
 #include <functional>
 #include <optional>
+#include <span>
+#include <string_view>
+#include <variant>
 #include <vector>
 
+#include "evaluation/measures.h"
 #include "services/results/evaluation/evaluate_frame.h"
 
 namespace weft {
 
-// kReference: of the truth, the same for all results.
-enum class BetterValue { kLower, kHigher, kNeither, kReference };
+// A measure of FrameMetrics, under its name in evaluation/measures.h and weft.v1.MeasureScore.
+struct FrameMetric {
+  const char* name;
+  std::variant<std::optional<double> FrameMetrics::*, std::optional<int64_t> FrameMetrics::*,
+               std::optional<ErrorSummary> FrameMetrics::*>
+      field;
+};
+std::span<const FrameMetric> FrameMetricFields();
 
-struct EvaluationMeasure {
-  const char* name;   // of its column in frames.csv: "mesh_visible_mean_mm"
-  const char* title;  // "Vertex error, seen by 3 or more"
-  const char* unit;   // "mm"; "%" with values from 0 to 1; empty for counts
-  int decimals;       // of shown values
-  BetterValue better;
+struct EvaluationMeasure : Measure {
   std::function<std::optional<double>(const EvaluatedFrame&)> value;  // empty where it was not measured
 };
 
-// In the order of the columns of frames.csv. Measures of errors are means over the frame's vertices, cells or
-// observations unless their title says otherwise.
+// In the order of evaluation/measures.h, which is that of the columns of frames.csv.
 const std::vector<EvaluationMeasure>& EvaluationMeasures();
+// Precondition: there is one.
+const EvaluationMeasure& EvaluationMeasureNamed(std::string_view name);
 
 }  // namespace weft

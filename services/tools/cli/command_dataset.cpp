@@ -73,11 +73,11 @@ void PrintFloor(const std::vector<TakeFloor>& floor) {
   std::printf(
       "chaos floor: the same motion once more with a shorter time step, after the first half second\n");
   std::printf("%-26s %6s %9s %9s %9s %14s %11s\n", "take", "frames", "mean mm", "median", "at 95 %",
-              "normals deg", "tremble mm");
+              "normals deg", "jitter mm");
   for (const TakeFloor& take : floor)
     std::printf("%-26s %6d %9.3f %9.3f %9.3f %14.2f %11.3f\n", take.take.c_str(), take.frames,
                 take.distance_mm.mean, take.distance_mm.median, take.distance_mm.p95, take.normals_deg.mean,
-                take.trembling_mm);
+                take.error_jitter_mm);
 }
 
 absl::Status ShowDataset(const std::string& folder) {

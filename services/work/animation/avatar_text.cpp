@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "evaluation/measures.h"
 #include "services/work/animation/pixel_avatar_file.h"
 
 namespace weft {
@@ -42,7 +43,34 @@ std::string SigmaRemark(const v1::Avatar& avatar) {
   return "";
 }
 
-std::string ShareText(double share) { return share < 0 ? "-" : absl::StrFormat("%.1f", 100 * share); }
+constexpr const char* kColumns[] = {"mean_mm",
+                                    "median_mm",
+                                    "across_mm",
+                                    "seen_mm",
+                                    "crossed_mm",
+                                    "unseen_mm",
+                                    "chamfer_mm",
+                                    "error_jitter_seen_mm",
+                                    "error_jitter_unseen_mm",
+                                    "share_within_sigma",
+                                    "share_within_two_sigma",
+                                    "lost_frames",
+                                    "ms_a_frame",
+                                    "from_registered_mm",
+                                    "cells_a_view"};
+
+// "-" where it was not measured.
+std::string ValueText(const v1::AvatarScore& score, const Measure& measure) {
+  const google::protobuf::FieldDescriptor* field = score.GetDescriptor()->FindFieldByName(measure.name);
+  const google::protobuf::Reflection& read = *score.GetReflection();
+  if (field->cpp_type() == field->CPPTYPE_INT32) return absl::StrCat(read.GetInt32(score, field));
+  const double value = read.GetDouble(score, field);
+  const bool is_rate = field->number() == v1::AvatarScore::kMsAFrameFieldNumber ||
+                       field->number() == v1::AvatarScore::kCellsAViewFieldNumber;
+  if ((field->has_presence() && !read.HasField(score, field)) || value < 0 || (is_rate && value == 0))
+    return "-";
+  return absl::StrFormat("%.*f", measure.decimals, InShownUnit(measure, value));
+}
 
 // Of its large files.
 double BytesOf(const v1::Avatar& avatar) {
@@ -97,30 +125,27 @@ std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
     columns = std::max(columns, static_cast<int>(score.split().size()));
     methods = std::max(methods, static_cast<int>(score.method().size()));
   }
-  std::string out = absl::StrFormat(
-      "errors in mm of the vertices; crossed: seen by two cameras and more; tremble: second difference of "
-      "the error\nover three frames, of vertices that are seen and not seen; from r.: distance from the "
-      "registration;\ncells: seen in a view\n"
-      "%-*s  %4s  %-*s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s  %7s  %6s\n",
-      columns, "split", "cam.", methods, "method", "frames", "mean", "median", "across", "seen", "crossed",
-      "unseen", "chamfer", "tremble", "unseen", "1 s %", "2 s %", "lost", "ms", "from r.", "cells");
-  for (const v1::AvatarScore& s : evaluation.scores())
-    absl::StrAppendFormat(&out,
-                          "%-*s  %4s  %-*s  %6d  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  "
-                          "%7.3f  %5s  %5s  %5d  %7s  %7s  %6s\n",
-                          columns, s.split(), s.cameras() > 0 ? absl::StrCat(s.cameras()) : "-", methods,
-                          s.method(), s.frames(), s.mean_mm(), s.median_mm(), s.across_mm(), s.seen_mm(),
-                          s.crossed_mm(), s.unseen_mm(), s.chamfer_mm(), s.trembling_seen_mm(),
-                          s.trembling_unseen_mm(), ShareText(s.share_within_sigma()),
-                          ShareText(s.share_within_two_sigma()), s.lost_frames(),
-                          s.ms_a_frame() > 0 ? absl::StrFormat("%.1f", s.ms_a_frame()) : "-",
-                          s.has_from_registered_mm() ? absl::StrFormat("%.3f", s.from_registered_mm()) : "-",
-                          s.cells_a_view() > 0 ? absl::StrFormat("%.0f", s.cells_a_view()) : "-");
+  std::string out;
+  for (const char* name : kColumns) {
+    const Measure& measure = MeasureNamed(name);
+    absl::StrAppendFormat(&out, "%-8s %s: %s\n", measure.heading, TitleWithUnit(measure), measure.definition);
+  }
+  absl::StrAppendFormat(&out, "\n%-*s  %4s  %-*s  %6s", columns, "split", "cam.", methods, "method",
+                        "frames");
+  for (const char* name : kColumns) absl::StrAppendFormat(&out, "  %7s", MeasureNamed(name).heading);
+  for (const v1::AvatarScore& score : evaluation.scores()) {
+    absl::StrAppendFormat(&out, "\n%-*s  %4s  %-*s  %6d", columns, score.split(),
+                          score.cameras() > 0 ? absl::StrCat(score.cameras()) : "-", methods, score.method(),
+                          score.frames());
+    for (const char* name : kColumns)
+      absl::StrAppendFormat(&out, "  %7s", ValueText(score, MeasureNamed(name)));
+  }
+  out += '\n';
   if (evaluation.floor_size() > 0)
     absl::StrAppend(&out, "\nchaos floor: what a shorter time step alone changes, in mm\n");
   for (const v1::AvatarFloor& floor : evaluation.floor())
-    absl::StrAppendFormat(&out, "%-28s  %4d frames  mean %.3f  median %.3f  tremble %.3f\n", floor.take(),
-                          floor.frames(), floor.mean_mm(), floor.median_mm(), floor.trembling_mm());
+    absl::StrAppendFormat(&out, "%-28s  %4d frames  mean %.3f  median %.3f  jitter %.3f\n", floor.take(),
+                          floor.frames(), floor.mean_mm(), floor.median_mm(), floor.error_jitter_mm());
   for (const std::string& remark : evaluation.remarks()) absl::StrAppend(&out, "note: ", remark, "\n");
   return out;
 }

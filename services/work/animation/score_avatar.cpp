@@ -106,7 +106,7 @@ class AvatarScorer {
   absl::Status Drive(ClothTake& take, const std::string& split, int cameras, ObservedTake& seen,
                      bool with_shapes, const std::function<void()>& on_frame) {
     WEFT_ASSIGN_OR_RETURN(TimedDriver driver, TimedDriver::Create(garment_, avatar_, driving_));
-    ScoreTable sums;  // of this take: trembling is measured within takes
+    ScoreTable sums;  // of this take: jitter is measured within takes
     std::optional<SkinnedBaseline> skinned;
     WEFT_RETURN_IF_ERROR(paper_.Begin(cameras));
     bool follows = false;

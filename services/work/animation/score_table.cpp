@@ -25,8 +25,8 @@ void Fill(const ScoreTally& tally, v1::AvatarScore& row) {
   row.set_unseen_mm(MeanOf(score.unseen_mm()));
   row.set_unseen_share(score.UnseenShare().value_or(0));
   row.set_chamfer_mm(MeanOf(score.chamfer_mm()));
-  row.set_trembling_seen_mm(MeanOf(score.trembling_seen_mm()));
-  row.set_trembling_unseen_mm(MeanOf(score.trembling_unseen_mm()));
+  row.set_error_jitter_seen_mm(MeanOf(score.error_jitter_seen_mm()));
+  row.set_error_jitter_unseen_mm(MeanOf(score.error_jitter_unseen_mm()));
   row.set_share_within_sigma(score.ShareWithin(1).value_or(-1));
   row.set_share_within_two_sigma(score.ShareWithin(2).value_or(-1));
   row.set_lost_vertices(score.lost());
@@ -93,7 +93,7 @@ absl::Status AddChaosFloor(const std::string& folder, v1::AvatarEvaluation& out)
     to.set_frames(take.frames);
     to.set_mean_mm(take.distance_mm.mean);
     to.set_median_mm(take.distance_mm.median);
-    to.set_trembling_mm(take.trembling_mm);
+    to.set_error_jitter_mm(take.error_jitter_mm);
   }
   return absl::OkStatus();
 }

@@ -6,6 +6,8 @@
 #include <set>
 #include <string>
 
+#include "weft/v1/evaluation.pb.h"
+
 namespace weft {
 namespace {
 
@@ -25,6 +27,14 @@ TEST(EvaluationMeasures, EachHasAColumnOfItsOwn) {
 TEST(EvaluationMeasures, WhatWasNotMeasuredHasNoValue) {
   for (const EvaluationMeasure& measure : EvaluationMeasures())
     EXPECT_FALSE(measure.value({}).has_value()) << measure.name;
+}
+
+TEST(EvaluationMeasures, AreTheKeysOfTheJson) {
+  std::set<std::string> of_json, of_metrics;
+  for (int i = 0; i < v1::MeasureScore::descriptor()->field_count(); ++i)
+    of_json.insert(v1::MeasureScore::descriptor()->field(i)->name());
+  for (const FrameMetric& metric : FrameMetricFields()) of_metrics.insert(metric.name);
+  EXPECT_EQ(of_json, of_metrics);
 }
 
 TEST(EvaluationMeasures, ReadThePartsOfTheFrame) {

@@ -3,6 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
+#include "evaluation/measures.h"
+#include "services/formats/files/json_file.h"
+
 namespace weft {
 namespace {
 
@@ -73,6 +79,23 @@ TEST(AvatarText, TellsAnAvatarOfThePresetPaper) {
   const std::string text = AvatarText("paper.avatar", avatar);
   EXPECT_THAT(text,
               testing::AllOf(HasSubstr("by 32 numbers"), HasSubstr("0.750 mm"), Not(HasSubstr("sigma"))));
+}
+
+TEST(AvatarEvaluationText, KeysAreNamesOfMeasures) {
+  const auto is_measure = [](const std::string& name) {
+    return std::ranges::any_of(Measures(), [&](const Measure& measure) { return measure.name == name; });
+  };
+  const std::set<std::string> others = {"split", "cameras", "method", "frames", "threads", "take"};
+  for (const auto* message : {v1::AvatarScore::descriptor(), v1::AvatarFloor::descriptor()})
+    for (int i = 0; i < message->field_count(); ++i)
+      EXPECT_NE(is_measure(message->field(i)->name()), others.contains(message->field(i)->name()))
+          << message->field(i)->name();
+}
+
+TEST(AvatarEvaluationText, ReadsKeysOfEarlierVersions) {
+  v1::AvatarScore score;
+  ASSERT_TRUE(ParseJson(R"({"trembling_seen_mm": 0.5})", "avatar-evaluation.json", score).ok());
+  EXPECT_EQ(score.error_jitter_seen_mm(), 0.5);
 }
 
 TEST(AvatarEvaluationText, HasARowForEachScore) {
