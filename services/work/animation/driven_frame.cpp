@@ -151,8 +151,8 @@ absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const
         },
         report);
   if (status.ok() && !driven.lost)
-    status = folder.Put(
-        FrameFile::kMesh,
+    status = folder.PutMesh(
+        kGarmentMesh, driven.mesh.vertices_mm.size(), inputs.garment.rest.faces,
         [&](const std::string& path) {
           return WriteRegisteredMesh(path, driven.mesh, inputs.garment.rest.faces, inputs.texture);
         },

@@ -69,9 +69,9 @@ class MeshImporter {
     report.mutable_mesh()->set_vertices(static_cast<int>(vertices_mm.size()));
     report.set_weft_version(WEFT_VERSION);
     const TriangleMesh mesh = {std::move(vertices_mm), garment_.rest.faces};
-    WEFT_RETURN_IF_ERROR(folder.Put(
-        FrameFile::kMesh, [&](const std::string& path) { return WriteMesh(path, mesh, garment_.texture); },
-        report));
+    WEFT_RETURN_IF_ERROR(folder.PutMesh(
+        kGarmentMesh, mesh.vertices_mm.size(), mesh.faces,
+        [&](const std::string& path) { return WriteMesh(path, mesh, garment_.texture); }, report));
     return folder.Commit(std::move(report));
   }
 

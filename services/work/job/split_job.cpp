@@ -151,8 +151,8 @@ class GarmentSplitter {
                                                      " vertices, fewer than the template of its job"));
     const RegisteredMesh mesh = MeshOfSpan(place_, all);
     DescribeMesh(mesh, garment_, *report.mutable_mesh());
-    return folder.Put(
-        FrameFile::kMesh,
+    return folder.PutMesh(
+        kGarmentMesh, mesh.vertices_mm.size(), garment_.rest.faces,
         [&](const std::string& to) { return WriteRegisteredMesh(to, mesh, garment_.rest.faces); }, report);
   }
 

@@ -26,16 +26,21 @@ std::vector<ImageObservations> ByImage(const RegistrationInputs& inputs, const F
 // The frame's own mesh; a frame that stands alone needs it once.
 absl::Status PutMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,
                        const std::optional<RegisteredMesh>& mesh, v1::FrameReport& report) {
-  const auto put = [&](FrameFile file, bool is_wanted, const MeshTexture& texture) {
-    if (!is_wanted) return folder.Drop(file, report);
-    const auto write = [&](const std::string& path) {
-      return WriteRegisteredMesh(path, *mesh, inputs.garment.rest.faces, texture);
+  const std::vector<Face>& faces = inputs.garment.rest.faces;
+  const MeshTexture none;
+  const auto with = [&](const MeshTexture* texture) {
+    return [&mesh, &faces, texture](const std::string& path) {
+      return WriteRegisteredMesh(path, *mesh, faces, *texture);
     };
-    return folder.Put(file, write, report);
   };
-  absl::Status status = put(FrameFile::kMesh, mesh.has_value(), inputs.texture);
-  if (status.ok()) status = put(FrameFile::kUnrefined, mesh && !report.options().frames_alone(), {});
-  return status;
+  if (!mesh) {
+    WEFT_RETURN_IF_ERROR(folder.DropMesh(kGarmentMesh, report));
+    return folder.Drop(FrameFile::kUnrefined, report);
+  }
+  WEFT_RETURN_IF_ERROR(
+      folder.PutMesh(kGarmentMesh, mesh->vertices_mm.size(), faces, with(&inputs.texture), report));
+  if (report.options().frames_alone()) return folder.Drop(FrameFile::kUnrefined, report);
+  return folder.Put(FrameFile::kUnrefined, with(&none), report);
 }
 
 absl::Status PutCloudPcd(const FrameFolder& folder, const Cloud& cloud, v1::FrameReport& report) {
@@ -105,6 +110,7 @@ absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs
     WEFT_RETURN_IF_ERROR(folder.Clear());
     v1::FrameReport report = frame.report;
     report.clear_files();
+    report.clear_meshes();
     WEFT_RETURN_IF_ERROR(WriteData(folder, inputs, frame, report));
     return folder.Commit(std::move(report));
   });
@@ -118,6 +124,7 @@ absl::Status ReplaceMeshes(const FrameFolder& folder, const RegistrationInputs& 
 
 absl::Status WriteReportAlone(const std::string& out, v1::FrameReport report) {
   report.clear_files();
+  report.clear_meshes();
   return IntoFrameFolder(out, report.frame(), [&](const FrameFolder& folder) {
     WEFT_RETURN_IF_ERROR(folder.Clear());
     return folder.Commit(report);

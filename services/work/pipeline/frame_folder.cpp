@@ -16,17 +16,21 @@ std::string ChecksumOf(const std::string& bytes) {
   return absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size()));
 }
 
-const v1::ResultFile* FindListed(const v1::FrameReport& report, FrameFile file) {
-  const auto found = std::ranges::find_if(
-      report.files(), [file](const v1::ResultFile& f) { return f.name() == FileName(file); });
+const v1::ResultFile* FindListed(const v1::FrameReport& report, std::string_view name) {
+  const auto found =
+      std::ranges::find_if(report.files(), [name](const v1::ResultFile& f) { return f.name() == name; });
   return found == report.files().end() ? nullptr : &*found;
 }
 
-void Unlist(FrameFile file, v1::FrameReport& report) {
+void Unlist(const std::string& name, v1::FrameReport& report) {
   auto& files = *report.mutable_files();
   files.erase(std::remove_if(files.begin(), files.end(),
-                             [file](const v1::ResultFile& f) { return f.name() == FileName(file); }),
+                             [&name](const v1::ResultFile& f) { return f.name() == name; }),
               files.end());
+  auto& meshes = *report.mutable_meshes();
+  meshes.erase(std::remove_if(meshes.begin(), meshes.end(),
+                              [&name](const v1::FrameMesh& mesh) { return mesh.file() == name; }),
+               meshes.end());
 }
 
 }  // namespace
@@ -47,15 +51,19 @@ absl::StatusOr<v1::FrameReport> FrameFolder::Report() const {
   WEFT_ASSIGN_OR_RETURN(const std::string text, folder_.Read(FileName(FrameFile::kReport)));
   v1::FrameReport report;
   const std::string name = folder_.Named(FileName(FrameFile::kReport));
-  if (!ParseJson(text, name, report).ok() || report.format_version() != kReportFormat) {
+  if (!ParseJson(text, name, report).ok() || report.format_version() != kReportFormat ||
+      !MeshesOf(report).ok()) {
     return absl::NotFoundError(absl::StrCat(path(), " holds no complete frame"));
   }
   return report;
 }
 
 std::string FrameFolder::Check(FrameFile file, const v1::FrameReport& report) const {
-  const char* name = FileName(file);
-  const v1::ResultFile* listed = FindListed(report, file);
+  return CheckNamed(FileName(file), report);
+}
+
+std::string FrameFolder::CheckNamed(const std::string& name, const v1::FrameReport& report) const {
+  const v1::ResultFile* listed = FindListed(report, name);
   const absl::StatusOr<std::string> bytes = folder_.Read(name);
   if (absl::IsNotFound(bytes.status())) return listed ? absl::StrCat(name, " is missing") : "";
   if (!bytes.ok()) return std::string(bytes.status().message());
@@ -69,21 +77,48 @@ std::string FrameFolder::CheckAll(const v1::FrameReport& report) const {
   for (const FrameFile file : kDataFiles) {
     if (std::string problem = Check(file, report); !problem.empty()) return problem;
   }
+  for (const v1::FrameMesh& mesh : report.meshes()) {
+    if (FindListed(report, mesh.file()) == nullptr) return absl::StrCat(mesh.file(), " is not listed");
+    if (std::string problem = CheckNamed(mesh.file(), report); !problem.empty()) return problem;
+  }
   return "";
 }
 
 absl::Status FrameFolder::Put(FrameFile file, const Writer& write, v1::FrameReport& report) const {
   if (absl::Status status = write(PathOf(file)); !status.ok()) return InWords(status);
-  return List(file, report);
+  return List(FileName(file), report);
 }
 
 absl::Status FrameFolder::Drop(FrameFile file, v1::FrameReport& report) const {
-  Unlist(file, report);
+  Unlist(FileName(file), report);
   return folder_.Remove(FileName(file));
 }
 
+absl::Status FrameFolder::PutMesh(const std::string& name, size_t vertices, const std::vector<Face>& faces,
+                                  const Writer& write, v1::FrameReport& report) const {
+  WEFT_RETURN_IF_ERROR(CheckMeshName(name));
+  const std::string file = MeshFileName(name);
+  if (absl::Status status = write(folder_.At(file)); !status.ok()) return InWords(status);
+  WEFT_RETURN_IF_ERROR(List(file, report));
+  v1::FrameMesh& mesh = *report.add_meshes();
+  mesh.set_name(name);
+  mesh.set_file(file);
+  mesh.set_topology_hash(TopologyHash(vertices, faces));
+  mesh.set_vertices(static_cast<int>(vertices));
+  mesh.set_faces(static_cast<int>(faces.size()));
+  return absl::OkStatus();
+}
+
+absl::Status FrameFolder::DropMesh(const std::string& name, v1::FrameReport& report) const {
+  Unlist(MeshFileName(name), report);
+  return folder_.Remove(MeshFileName(name));
+}
+
 absl::Status FrameFolder::Clear() const {
+  const absl::StatusOr<v1::FrameReport> report = Report();
   absl::Status status = folder_.Remove(FileName(FrameFile::kReport));
+  if (report.ok())
+    for (const v1::FrameMesh& mesh : report->meshes()) status.Update(folder_.Remove(mesh.file()));
   for (const FrameFile file : kDataFiles) status.Update(folder_.Remove(FileName(file)));
   return status;
 }
@@ -93,16 +128,18 @@ absl::Status FrameFolder::Commit(v1::FrameReport report) const {
   return InWords(WriteJsonFile(PathOf(FrameFile::kReport), report));
 }
 
-absl::Status FrameFolder::List(FrameFile file, v1::FrameReport& report) const {
-  Unlist(file, report);
-  WEFT_ASSIGN_OR_RETURN(const std::string bytes, folder_.Read(FileName(file)));
+absl::Status FrameFolder::List(const std::string& name, v1::FrameReport& report) const {
+  Unlist(name, report);
+  WEFT_ASSIGN_OR_RETURN(const std::string bytes, folder_.Read(name));
   v1::ResultFile& entry = *report.add_files();
-  entry.set_name(FileName(file));
+  entry.set_name(name);
   entry.set_bytes(static_cast<int64_t>(bytes.size()));
   entry.set_checksum(ChecksumOf(bytes));
   return absl::OkStatus();
 }
 
-bool Lists(const v1::FrameReport& report, FrameFile file) { return FindListed(report, file) != nullptr; }
+bool Lists(const v1::FrameReport& report, FrameFile file) {
+  return FindListed(report, FileName(file)) != nullptr;
+}
 
 }  // namespace weft

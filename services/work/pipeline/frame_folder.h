@@ -4,10 +4,12 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/formats/files/confined_folder.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/formats/files/frame_paths.h"
 #include "weft/v1/report.pb.h"
 
@@ -31,7 +33,7 @@ class FrameFolder {
   // A message about PathOf(...) as people call the file.
   absl::Status InWords(const absl::Status& status) const { return folder_.InWords(status); }
 
-  // NotFound: no report, a damaged one, or one of an older format.
+  // NotFound: no report, a damaged one, or one of an older format. MeshesOf of it is no error.
   absl::StatusOr<v1::FrameReport> Report() const;
   // What is wrong with a file by report.files, e.g. "mesh.ply is missing"; empty when nothing. Not listed and
   // not there is right.
@@ -46,13 +48,18 @@ class FrameFolder {
   absl::Status Put(FrameFile file, const Writer& write, v1::FrameReport& report) const;
   // Removes the file and its entry in the report.
   absl::Status Drop(FrameFile file, v1::FrameReport& report) const;
+  // The same of a mesh, in place of one of its name. InvalidArgument: it is no name.
+  absl::Status PutMesh(const std::string& name, size_t vertices, const std::vector<Face>& faces,
+                       const Writer& write, v1::FrameReport& report) const;
+  absl::Status DropMesh(const std::string& name, v1::FrameReport& report) const;
   // Removes all files, the report first.
   absl::Status Clear() const;
   // Writes report.json.
   absl::Status Commit(v1::FrameReport report) const;
 
  private:
-  absl::Status List(FrameFile file, v1::FrameReport& report) const;
+  std::string CheckNamed(const std::string& name, const v1::FrameReport& report) const;
+  absl::Status List(const std::string& name, v1::FrameReport& report) const;
 
   ConfinedFolder folder_;
 };

@@ -97,13 +97,13 @@ absl::Status PutMesh(const RegistrationInputs& inputs, const RegisteredMesh& mes
   const auto write = [&](const std::string& path) {
     return WriteRegisteredMesh(path, mesh, inputs.garment.rest.faces, inputs.texture);
   };
-  return folder.Put(FrameFile::kMesh, write, report);
+  return folder.PutMesh(kGarmentMesh, mesh.vertices_mm.size(), inputs.garment.rest.faces, write, report);
 }
 
 // The state without neighbours.
 absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                   const FrameFolder& folder, v1::FrameReport& report) {
-  if (report.state() == v1::FRAME_STATE_FAILED) return folder.Drop(FrameFile::kMesh, report);
+  if (report.state() == v1::FRAME_STATE_FAILED) return folder.DropMesh(kGarmentMesh, report);
   WEFT_ASSIGN_OR_RETURN(const RegisteredMesh own, frames.Unrefined(at));
   return PutMesh(inputs, own, folder, report);
 }

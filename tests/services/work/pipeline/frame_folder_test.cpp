@@ -53,6 +53,49 @@ TEST_F(FrameFolderTest, NamesTheFirstFileThatIsNotAsItWasWritten) {
   EXPECT_EQ(folder_.CheckAll(report_), "cloud.ply is not of this run");
 }
 
+TEST_F(FrameFolderTest, MeshesHaveNamesAndTopologies) {
+  const std::vector<Face> faces = {{0, 1, 2}};
+  ASSERT_TRUE(folder_.PutMesh(kGarmentMesh, 3, faces, Text("first"), report_).ok());
+  ASSERT_TRUE(folder_.PutMesh("body", 4, faces, Text("body"), report_).ok());
+  ASSERT_TRUE(folder_.PutMesh(kGarmentMesh, 3, faces, Text("mesh"), report_).ok());
+  EXPECT_EQ(folder_.PutMesh("../body", 3, faces, Text("x"), report_).code(),
+            absl::StatusCode::kInvalidArgument);
+  ASSERT_TRUE(folder_.Commit(report_).ok());
+  const auto back = folder_.Report();
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->meshes_size(), 2);
+  EXPECT_EQ(back->meshes(0).name(), "body");
+  EXPECT_EQ(back->meshes(0).file(), "body.ply");
+  EXPECT_EQ(back->meshes(0).vertices(), 4);
+  EXPECT_EQ(back->meshes(0).topology_hash(), TopologyHash(4, faces));
+  EXPECT_EQ(back->meshes(1).file(), "mesh.ply");
+  EXPECT_EQ(folder_.CheckAll(*back), "");
+  WriteBytes(folder_.path() + "/body.ply", "nobody");
+  EXPECT_EQ(folder_.CheckAll(*back), "body.ply is not as it was written");
+  ASSERT_TRUE(folder_.Clear().ok());
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
+  ASSERT_TRUE(folder_.DropMesh("body", report_).ok());
+  ASSERT_TRUE(folder_.DropMesh(kGarmentMesh, report_).ok());
+  EXPECT_EQ(report_.meshes_size() + report_.files_size(), 0);
+}
+
+// As they were before meshes had names.
+TEST_F(FrameFolderTest, AFrameWithoutNamedMeshesIsComplete) {
+  ASSERT_TRUE(folder_.Put(FrameFile::kMesh, Text("mesh"), report_).ok());
+  ASSERT_TRUE(folder_.Commit(report_).ok());
+  const auto back = folder_.Report();
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->meshes_size(), 0);
+  EXPECT_EQ(folder_.CheckAll(*back), "");
+}
+
+TEST_F(FrameFolderTest, AReportWithTwoMeshesOfANameIsDamaged) {
+  ASSERT_TRUE(folder_.PutMesh("body", 3, {}, Text("body"), report_).ok());
+  *report_.add_meshes() = report_.meshes(0);
+  ASSERT_TRUE(folder_.Commit(report_).ok());
+  EXPECT_EQ(folder_.Report().status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(FrameFolderTest, WithoutAReportNothingIsComplete) {
   EXPECT_EQ(folder_.Report().status().code(), absl::StatusCode::kNotFound);
   ASSERT_TRUE(folder_.Put(FrameFile::kMesh, Text("mesh"), report_).ok());
