@@ -21,6 +21,7 @@ struct ExportRequest {
   std::string result;  // folder of a job's results
   std::string out;     // folder of the export
   ExportFormat format = ExportFormat::kPly;
+  std::string mesh;                // which of a frame's meshes, as ChooseMesh (frame_meshes.h) reads it
   std::string frames;              // as FindFrameRange (capture/take/frame_range.h) reads it; empty: all
   std::optional<UpAxis> up;        // empty: that of the format
   std::string world_up = "-y";     // the axis of the rig's world that points up: x, -x, y, -y, z, -z

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -13,6 +14,7 @@
 #include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
 #include "services/results/evaluation/listed_frames.h"
@@ -43,20 +45,23 @@ std::string Unfinished(const v1::Job& job) {
   }
 }
 
-std::string ChecksumOfMesh(const v1::FrameReport& report) {
+std::string ChecksumOfMesh(const v1::FrameReport& report, const std::string& mesh) {
   for (const v1::ResultFile& file : report.files())
-    if (file.name() == FileName(FrameFile::kMesh)) return file.checksum();
+    if (file.name() == MeshFileName(mesh)) return file.checksum();
   return "";
 }
 
-v1::ExportedFrame Describe(const v1::FrameReport& report) {
+v1::ExportedFrame Describe(const v1::FrameReport& report, const std::string& mesh) {
   v1::ExportedFrame frame;
   frame.set_frame(report.frame());
   frame.set_state(report.state());
   frame.set_bridged(report.temporal().bridged());
   if (IsRegistered(report.state())) frame.set_coverage(report.mesh().coverage());
   if (IsRegistered(report.state()) || report.temporal().bridged()) {
-    frame.set_mesh_checksum(ChecksumOfMesh(report));
+    frame.set_mesh_checksum(ChecksumOfMesh(report, mesh));
+    // Reports of earlier versions list no files.
+    if (frame.mesh_checksum().empty() && report.files_size() > 0)
+      frame.set_missing_because(absl::StrCat("it has no mesh ", mesh));
   } else {
     frame.set_missing_because(report.reason().empty() ? "it was not registered" : report.reason());
   }
@@ -117,11 +122,11 @@ absl::Status ExportSource::ListFrames(const ExportRequest& request) {
     return absl::FailedPreconditionError(
         absl::StrCat(result_, ": holds no frames of its job; register the take first"));
   }
+  WEFT_RETURN_IF_ERROR(ListRange(request, reports));
   for (const v1::FrameReport& report : reports) {
-    first_of_job_ = Describe(report);
+    first_of_job_ = Describe(report, mesh_);
     if (first_of_job_.missing_because().empty()) break;
   }
-  WEFT_RETURN_IF_ERROR(ListRange(request, reports));
   const auto has_mesh = [](const v1::ExportedFrame& frame) { return frame.missing_because().empty(); };
   // Gaps at the ends are no part of the sequence.
   frames_.erase(frames_.begin(), std::ranges::find_if(frames_, has_mesh));
@@ -143,13 +148,19 @@ absl::Status ExportSource::ListFrames(const ExportRequest& request) {
       absl::StrCat(result_, ": none of the frames asked for has a mesh; see report.html for the reasons"));
 }
 
+std::string ExportSource::PathOf(const v1::ExportedFrame& frame) const {
+  return (fs::path(result_) / frame.frame() / MeshFileName(mesh_)).string();
+}
+
 absl::Status ExportSource::ListRange(const ExportRequest& request,
                                      const std::vector<v1::FrameReport>& reports) {
   std::vector<std::string> names;
   for (const v1::FrameReport& report : reports) names.push_back(report.frame());
   WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(request.frames, names, result_));
+  WEFT_ASSIGN_OR_RETURN(
+      mesh_, ChooseMesh(std::span(reports).subspan(range.first, range.end - range.first), request.mesh));
   for (size_t i = range.first; i < range.end; ++i) {
-    frames_.push_back(Describe(reports[i]));
+    frames_.push_back(Describe(reports[i], mesh_));
     if (const v1::ExportedFrame& frame = frames_.back(); !frame.missing_because().empty())
       notes_.push_back(absl::StrCat("Frame ", frame.frame(), " has no mesh: ", frame.missing_because(), "."));
   }
@@ -176,7 +187,7 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
   for (size_t i = 0; i < meshes_.size(); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("stopped while the meshes were looked through");
     const v1::ExportedFrame& frame = frames_[meshes_[i]];
-    const std::string path = FramePaths(result_, frame.frame()).Of(FrameFile::kMesh);
+    const std::string path = PathOf(frame);
     WEFT_ASSIGN_OR_RETURN(CheckedMesh mesh, ReadCheckedMesh(path, frame.mesh_checksum()));
     if (i == 0) {
       topology_.vertices = mesh.registered.vertices_mm.size();
@@ -211,7 +222,7 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
 }
 
 absl::Status ExportSource::Reduce() {
-  const std::string path = FramePaths(result_, first_of_job_.frame()).Of(FrameFile::kMesh);
+  const std::string path = PathOf(first_of_job_);
   WEFT_ASSIGN_OR_RETURN(RegisteredMesh shape, ReadCheckedVertices(path, first_of_job_.mesh_checksum()));
   if (shape.vertices_mm.size() != vertices_in_files_) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -236,6 +247,7 @@ absl::Status ExportSource::Reduce() {
 
 v1::Export ExportSource::Manifest() const {
   v1::Export manifest;
+  if (mesh_ != kGarmentMesh) manifest.set_mesh(mesh_);  // as exports of earlier versions
   manifest.set_fps(fps_);
   manifest.set_fps_source(fps_source_);
   manifest.set_vertices(static_cast<int>(topology_.vertices));
@@ -262,7 +274,7 @@ ExportSource ExportSource::InWorldMm() const {
 absl::StatusOr<std::shared_ptr<const RegisteredMesh>> ExportSource::Load(size_t mesh) {
   if (const auto found = loaded_.find(mesh); found != loaded_.end()) return found->second;
   const v1::ExportedFrame& frame = frames_[meshes_[mesh]];
-  const std::string path = FramePaths(result_, frame.frame()).Of(FrameFile::kMesh);
+  const std::string path = PathOf(frame);
   WEFT_ASSIGN_OR_RETURN(RegisteredMesh read, ReadCheckedVertices(path, frame.mesh_checksum()));
   if (read.vertices_mm.size() != vertices_in_files_) {
     return absl::DataLossError(

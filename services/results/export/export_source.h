@@ -47,7 +47,7 @@ struct ExportTopology {
 class ExportSource {
  public:
   // Lists the frames. FailedPrecondition: the job has not ended, and unfinished jobs are not allowed, or no
-  // frame of it has a mesh. NotFound: no such result. InvalidArgument: the request, or its frames.
+  // frame of it has a mesh. NotFound: no such result, or mesh. InvalidArgument: the request, or its frames.
   static absl::StatusOr<ExportSource> Open(const ExportRequest& request);
 
   // Reads all meshes once: checks them against their reports and that all have one topology, and sums up
@@ -87,8 +87,11 @@ class ExportSource {
   absl::StatusOr<std::shared_ptr<const RegisteredMesh>> Load(size_t mesh);
   absl::Status Reduce();
 
+  std::string PathOf(const v1::ExportedFrame& frame) const;
+
   std::string result_;
   v1::Job job_;
+  std::string mesh_;  // its name
   std::vector<v1::ExportedFrame> frames_;
   std::vector<size_t> meshes_;
   std::vector<std::string> notes_;

@@ -172,6 +172,7 @@ void AddExportOptions(CLI::App& command, ExportCommandOptions& options) {
   ExportRequest& request = options.request;
   RecordingChoice& recording = options.overlays.recording;
   KindOptions add(command, "export");
+  add("mesh", request.mesh);
   add("up", options.up);
   add("world-up", request.world_up);
   add("unit", options.unit);

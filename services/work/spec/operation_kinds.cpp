@@ -99,6 +99,7 @@ options { name: "attributes" label: "Attributes of vertices, “uv,state”, or 
 options { name: "undistort" label: "Overlays without lens distortion, with their rig.json: backgrounds for Blender and others" type: OPTION_TYPE_FLAG is_rare: true }
 options { name: "texture-frames" label: "Frames that the texture of a glb is the mean of" type: OPTION_TYPE_INTEGER least: 1 most: inf is_rare: true }
 options { name: "normal-map" label: "Size of the normal maps for the mesh of max-vertices (png, or glb of one frame), in px; 0: none" type: OPTION_TYPE_INTEGER most: 16384 is_rare: true }
+options { name: "mesh" label: "Which of the frames' meshes; empty: the garment, or the only one" type: OPTION_TYPE_TEXT is_rare: true }
 options { name: "max-vertices" label: "A coarser mesh of at most so many vertices, the same in all exports of a job; 0: all" type: OPTION_TYPE_INTEGER most: inf is_rare: true }
 )info",
     R"info(
