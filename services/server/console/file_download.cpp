@@ -6,6 +6,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/server/console/error_reply.h"
 #include "services/server/console/json_messages.h"
 #include "services/server/console/page_files.h"
@@ -36,6 +37,8 @@ std::string Take(Query& query, const std::string& name) {
 
 // Of the file, or what its kind of result is called.
 std::string NameOf(const Query& query) {
+  for (const auto& [name, value] : query)
+    if (name == "mesh" && CheckMeshName(value).ok()) return MeshFileName(value);
   for (const auto& [name, value] : query) {
     if (name == "path") return value.substr(value.rfind('/') + 1);
     if (name != "kind") continue;

@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/server/console/error_reply.h"
 #include "services/server/console/json_messages.h"
 #include "services/server/console/quantized_mesh.h"
@@ -94,7 +95,14 @@ asio::awaitable<void> Encode(std::shared_ptr<Mesh> mesh) {
   co_return;
 }
 
-absl::StatusOr<std::string> RequestOf(const std::string& job_and_frame) {
+// Of the query; empty where it has none.
+std::string ValueOf(const std::vector<std::pair<std::string, std::string>>& query, std::string_view name) {
+  const auto found =
+      std::ranges::find(query, name, [](const auto& one) { return std::string_view(one.first); });
+  return found == query.end() ? "" : found->second;
+}
+
+absl::StatusOr<std::string> RequestOf(const std::string& job_and_frame, const std::string& mesh) {
   const size_t slash = job_and_frame.find('/');
   if (slash == std::string::npos || job_and_frame.find('/', slash + 1) != std::string::npos)
     return absl::NotFoundError("a mesh is at /mesh/JOB/FRAME");
@@ -102,6 +110,7 @@ absl::StatusOr<std::string> RequestOf(const std::string& job_and_frame) {
   request.set_job_id(job_and_frame.substr(0, slash));
   request.set_frame(job_and_frame.substr(slash + 1));
   request.set_kind(v1::RESULT_KIND_MESH);
+  request.set_mesh(mesh);
   return request.SerializeAsString();
 }
 
@@ -115,11 +124,11 @@ void MeshDownloads::Stop() {
 asio::awaitable<void> MeshDownloads::Send(HttpExchange& exchange, std::string job_and_frame, CallFor caller,
                                           DaemonCalls& calls) {
   const auto& query = exchange.target.query;
-  const bool with_faces =
-      std::ranges::find(query, std::pair<std::string, std::string>("faces", "1")) != query.end();
-  const auto mesh =
-      std::make_shared<Mesh>(held_bytes_, with_faces, absl::StrCat("mesh.ply of ", job_and_frame));
-  const absl::StatusOr<std::string> request = RequestOf(job_and_frame);
+  const std::string name = ValueOf(query, "mesh");
+  const auto mesh = std::make_shared<Mesh>(
+      held_bytes_, ValueOf(query, "faces") == "1",
+      absl::StrCat(MeshFileName(name.empty() ? kGarmentMesh : name), " of ", job_and_frame));
+  const absl::StatusOr<std::string> request = RequestOf(job_and_frame, name);
   const std::string path = PathOf(*FindMethod("Jobs/FetchResult"));
   const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
       calls.Begin(caller, path, request, kSendTimeout);

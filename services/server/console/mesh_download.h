@@ -19,9 +19,9 @@ class MeshDownloads {
   // Waits for what is being encoded, and encodes nothing more.
   void Stop();
 
-  // `job_and_frame` is "JOB/FRAME"; the answer is a QuantizedMesh of its mesh.ply, with faces where the query
-  // says faces=1. It is asked for as any result, so the API's role, audit and errors hold. ResourceExhausted:
-  // meshes that are on their way take 512 MiB together.
+  // `job_and_frame` is "JOB/FRAME"; the answer is a QuantizedMesh of the mesh that the query names
+  // (mesh=NAME), with faces where it says faces=1. It is asked for as any result, so the API's role, audit
+  // and errors hold. ResourceExhausted: meshes that are on their way take 512 MiB together.
   boost::asio::awaitable<void> Send(HttpExchange& exchange, std::string job_and_frame, CallFor caller,
                                     DaemonCalls& calls);
 

@@ -7,7 +7,9 @@
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/confined_folder.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/formats/files/frame_paths.h"
+#include "services/formats/files/json_file.h"
 #include "services/server/rpc/result_names.h"
 
 namespace weft {
@@ -28,9 +30,25 @@ absl::Status CheckFrameName(const std::string& name) {
 }
 
 absl::Status FetchIfThere(RegistrationClient& client, const std::string& job_id, const std::string& frame,
-                          v1::ResultKind kind, const ConfinedFolder& folder) {
-  const absl::Status status = client.Fetch(job_id, frame, kind, folder.At(ResultFileName(kind)));
+                          v1::ResultKind kind, const ConfinedFolder& folder, const std::string& mesh = "") {
+  const std::string file = mesh.empty() ? ResultFileName(kind) : MeshFileName(mesh);
+  const absl::Status status = client.Fetch(job_id, frame, kind, folder.At(file), mesh);
   return absl::IsNotFound(status) ? absl::OkStatus() : folder.InWords(status);
+}
+
+// The meshes of a frame that its report names beside the garment. The report is a stranger's.
+absl::Status FetchOtherMeshes(RegistrationClient& client, const std::string& job_id, const std::string& frame,
+                              const ConfinedFolder& folder) {
+  const std::string file = FileName(FrameFile::kReport);
+  const absl::StatusOr<std::string> json = folder.Read(file);
+  v1::FrameReport report;
+  // Later daemons may say more.
+  if (!json.ok() || !ParseJson(*json, folder.Named(file), report).ok()) return absl::OkStatus();
+  WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameMesh> meshes, MeshesOf(report));
+  for (const v1::FrameMesh& mesh : meshes)
+    if (mesh.name() != kGarmentMesh)
+      WEFT_RETURN_IF_ERROR(FetchIfThere(client, job_id, frame, v1::RESULT_KIND_MESH, folder, mesh.name()));
+  return absl::OkStatus();
 }
 
 // Made where it is missing. What it is reached by may hold links, what it holds may not.
@@ -60,8 +78,10 @@ absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const 
       if (job.spec().options().cloud_format() == "pcd") kinds.push_back(v1::RESULT_KIND_CLOUD_PCD);
       kinds.insert(kinds.end(), {v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT});
       for (const v1::ResultKind kind : kinds) {
-        WEFT_RETURN_IF_ERROR(FetchIfThere(client, job.id(), frame.frame(), kind, folder));
+        const std::string mesh = kind == v1::RESULT_KIND_MESH ? kGarmentMesh : "";
+        WEFT_RETURN_IF_ERROR(FetchIfThere(client, job.id(), frame.frame(), kind, folder, mesh));
       }
+      WEFT_RETURN_IF_ERROR(FetchOtherMeshes(client, job.id(), frame.frame(), folder));
     }
     if (progress) progress(++done, frames.size());
   }

@@ -109,8 +109,10 @@ absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
 }
 
 absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
-                                       v1::ResultKind kind, const std::string& path) {
+                                       v1::ResultKind kind, const std::string& path,
+                                       const std::string& mesh) {
   v1::FetchResultRequest request;
+  request.set_mesh(mesh);
   request.set_job_id(job_id);
   request.set_frame(frame);
   request.set_kind(kind);

@@ -52,8 +52,9 @@ class RegistrationClient {
 
   // Writes one file of the results to `path`, whose folder must exist. A transfer that breaks off goes on
   // where it was. NotFound: there is no such result.
+  // `mesh`: of RESULT_KIND_MESH, which one; empty as in FetchResultRequest.
   absl::Status Fetch(const std::string& job_id, const std::string& frame, v1::ResultKind kind,
-                     const std::string& path);
+                     const std::string& path, const std::string& mesh = "");
 
  private:
   RegistrationClient(std::string server, std::shared_ptr<grpc::ChannelInterface> channel)

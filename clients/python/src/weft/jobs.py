@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from typing import IO, Callable, Iterator, Optional, Sequence, TypeVar
 
 from weft import v1
@@ -11,7 +12,7 @@ from weft.connection import Connection, Watch, new_key
 from weft.errors import NotFound
 from weft.formats.cloud import Cloud
 from weft.formats.mesh import Mesh
-from weft.formats.messages import parse_message
+from weft.formats.messages import parse_message, read_report
 from weft.formats.observations import Observations
 from weft.library import KINDS, Library, Progress, reference
 from weft.listing import USUAL_LIMIT, Listing, listing_of_pages
@@ -33,6 +34,7 @@ _FILE_NAMES = {
     v1.RESULT_KIND_JOB: "job.json",
 }
 _DAEMON_HAS = ("take:", "job:", "library:")  # what such a name begins with is no path of this machine
+_MESH_NAME = re.compile("[a-z][a-z0-9_-]{0,31}")
 T = TypeVar("T")
 _WORDS = {item: word for word, item in KINDS.items()}
 _SUBMIT_S = 600.0  # the daemon reads the inputs meanwhile
@@ -129,9 +131,10 @@ class Jobs:
                 last = update.job
         return last if last is not None else self.get(job_id)
 
-    def download(self, job_id: str, kind: v1.ResultKind, file: IO[bytes], frame: str = "") -> None:
-        """One file of the results; `frame` is empty where it is one of the whole job. NotFound: there is none."""
-        request = v1.FetchResultRequest(job_id=job_id, frame=frame, kind=kind)
+    def download(self, job_id: str, kind: v1.ResultKind, file: IO[bytes], frame: str = "", mesh: str = "") -> None:
+        """One file of the results; `frame` is empty where it is one of the whole job. `mesh` names one of the frame's, where
+        it is not the garment or the only one. NotFound: there is none."""
+        request = v1.FetchResultRequest(job_id=job_id, frame=frame, kind=kind, mesh=mesh)
 
         def open_transfer(offset: int, version: str) -> object:
             request.offset, request.version = offset, version
@@ -141,7 +144,7 @@ class Jobs:
 
     def fetch(self, job_id: str, folder: str | os.PathLike[str], progress: Optional[Progress] = None) -> v1.Job:
         """Writes all results to `folder`, as `weft job fetch`: <frame>/mesh.ply, cloud.ply, observations.csv where it was
-        asked for, report.json last, and job.json and report.html. `progress` gets frames done and all of them."""
+        asked for, report.json, the meshes beside the garment, and job.json and report.html. `progress` gets frames done and all of them."""
         job, root, frames = self.get(job_id), os.fspath(folder), self.frames(job_id)
         kinds = [v1.RESULT_KIND_OBSERVATIONS, v1.RESULT_KIND_CLOUD, v1.RESULT_KIND_MESH, v1.RESULT_KIND_FRAME_REPORT]
         if job.spec.options.cloud_format == "pcd":
@@ -150,7 +153,9 @@ class Jobs:
             if frame.state in _WITH_FILES:
                 below = folder_below(root, check_name(frame.frame))
                 for kind in kinds:
-                    self._fetch_if_there(job_id, kind, below, frame.frame)
+                    self._fetch_if_there(job_id, kind, below, frame.frame, "garment" if kind == v1.RESULT_KIND_MESH else "")
+                for name in _other_meshes(os.path.join(below, _FILE_NAMES[v1.RESULT_KIND_FRAME_REPORT])):
+                    self._fetch_if_there(job_id, v1.RESULT_KIND_MESH, below, frame.frame, name)
             if progress:
                 progress(done, len(frames))
         os.makedirs(root, exist_ok=True)
@@ -158,22 +163,24 @@ class Jobs:
             self._fetch_if_there(job_id, kind, root, "")
         return job
 
-    def _fetch_if_there(self, job_id: str, kind: v1.ResultKind, folder: str, frame: str) -> None:
+    def _fetch_if_there(self, job_id: str, kind: v1.ResultKind, folder: str, frame: str, mesh: str = "") -> None:
+        name = _FILE_NAMES[kind] if mesh in ("", "garment") else f"{mesh}.ply"
         try:
-            with written_atomically(os.path.join(folder, _FILE_NAMES[kind])) as file:
-                self.download(job_id, kind, file, frame)
+            with written_atomically(os.path.join(folder, name)) as file:
+                self.download(job_id, kind, file, frame, mesh)
         except NotFound:
             return
 
-    def mesh(self, job_id: str, frame: str) -> Mesh:
-        """The registered mesh of a frame, without a file in between."""
-        return self._parsed(job_id, v1.RESULT_KIND_MESH, frame, Mesh.from_ply)
+    def mesh(self, job_id: str, frame: str, name: str = "") -> Mesh:
+        """A mesh of a frame, without a file in between; without a name the garment, or the only one. NotFound names those
+        that there are; `report(job_id, frame).meshes` lists them."""
+        return self._parsed(job_id, v1.RESULT_KIND_MESH, frame, Mesh.from_ply, name)
 
-    def meshes(self, job_id: str) -> Iterator[tuple[v1.FrameInfo, Mesh]]:
+    def meshes(self, job_id: str, name: str = "") -> Iterator[tuple[v1.FrameInfo, Mesh]]:
         """The frames that have a mesh, in order, each fetched when it is asked for. Of a job that runs: those so far."""
         for frame in self.frames(job_id):
             if frame.bridged or frame.state in _WITH_MESH:
-                yield frame, self.mesh(job_id, frame.frame)
+                yield frame, self.mesh(job_id, frame.frame, name)
 
     def cloud(self, job_id: str, frame: str) -> Cloud:
         return self._parsed(job_id, v1.RESULT_KIND_CLOUD, frame, Cloud.from_ply)
@@ -186,10 +193,21 @@ class Jobs:
         return self._parsed(job_id, v1.RESULT_KIND_FRAME_REPORT, frame,
                             lambda data, name: parse_message(data, name, v1.FrameReport))
 
-    def _parsed(self, job_id: str, kind: v1.ResultKind, frame: str, parse: Callable[[bytes, str], T]) -> T:
+    def _parsed(self, job_id: str, kind: v1.ResultKind, frame: str, parse: Callable[[bytes, str], T], mesh: str = "") -> T:
         buffer = io.BytesIO()
-        self.download(job_id, kind, buffer, frame)
+        self.download(job_id, kind, buffer, frame, mesh)
         return parse(buffer.getvalue(), _label(job_id, frame, kind))
+
+
+def _other_meshes(report: str) -> list[str]:
+    """Names of the meshes beside the garment, by a frame's report.json, where it is there."""
+    if not os.path.exists(report):
+        return []
+    names = [mesh.name for mesh in read_report(report).meshes if mesh.name != "garment"]
+    for name in names:
+        if not _MESH_NAME.fullmatch(name):
+            raise ValueError(f"{report}: {name!r} is no name of a mesh")
+    return names
 
 
 def _label(job_id: str, frame: str, kind: v1.ResultKind) -> str:

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status_macros.h"
+#include "services/formats/files/frame_meshes.h"
 #include "services/formats/options/presets.h"
 #include "services/server/retention/retention_plan.h"
 #include "services/server/rpc/error_detail.h"
@@ -224,6 +225,12 @@ absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
   if (of_job && !request.frame().empty())
     return Invalid("frame", "is given for a file of the whole job", "leave it empty");
   if (!of_job && request.frame().empty()) return Invalid("frame", "must not be empty");
+  if (!request.mesh().empty()) {
+    if (request.kind() != v1::RESULT_KIND_MESH)
+      return Invalid("mesh", "is given for another kind of result", "leave it empty");
+    if (const absl::Status name = CheckMeshName(request.mesh()); !name.ok())
+      return Invalid("mesh", std::string(name.message()));
+  }
   return CheckPlainName("frame", request.frame());
 }
 

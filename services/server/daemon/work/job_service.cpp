@@ -232,7 +232,7 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
             absl::StrCat("job ", request.job_id(), " has no frame \"", request.frame(), "\""));
       }
     }
-    return weft::OpenResult(job, request.frame(), request.kind(), {request.offset(), request.version()});
+    return weft::OpenResult(job, request);
   }
 
   const JobServiceParts parts_;

@@ -16,8 +16,13 @@ class ResultsTest : public ::testing::Test {
     job_.set_id("j");
     job_.mutable_spec()->set_out(std::filesystem::canonical(folder_.path()).string());
   }
-  absl::StatusOr<FilePieces> Open(const std::string& frame, v1::ResultKind kind) const {
-    return OpenResult(job_, frame, kind, {});
+  absl::StatusOr<FilePieces> Open(const std::string& frame, v1::ResultKind kind,
+                                  const std::string& mesh = "") const {
+    v1::FetchResultRequest request;
+    request.set_frame(frame);
+    request.set_kind(kind);
+    request.set_mesh(mesh);
+    return OpenResult(job_, request);
   }
 
   TempFolder folder_;
@@ -37,6 +42,24 @@ TEST_F(ResultsTest, AreFilesOfFramesAndOfTheJob) {
   ASSERT_TRUE(job.ok()) << job.status();
   ASSERT_TRUE(*job->Next(&chunk));
   EXPECT_EQ(chunk.data(), "{}");
+}
+
+TEST_F(ResultsTest, MeshesAreFoundByTheirNames) {
+  const auto of_frame = [&](const std::string& mesh) {
+    absl::StatusOr<FilePieces> pieces = Open("a", v1::RESULT_KIND_MESH, mesh);
+    v1::FileChunk chunk;
+    return pieces.ok() && *pieces->Next(&chunk) ? chunk.data() : std::string(pieces.status().message());
+  };
+  WriteBytes(folder_ / "a/body.ply", "body of a");
+  WriteBytes(folder_ / "a/report.json", R"({"meshes": [{"name": "body", "file": "body.ply"}]})");
+  EXPECT_EQ(of_frame("body"), "body of a");
+  EXPECT_EQ(of_frame(""), "body of a");  // the only one
+  EXPECT_EQ(of_frame("hat"), "job j, frame a: no frame has a mesh \"hat\"; there are body");
+  WriteBytes(folder_ / "a/mesh.ply", "garment of a");
+  WriteBytes(folder_ / "a/report.json", R"({"meshes": [{"name": "body", "file": "body.ply"},
+                                                      {"name": "garment", "file": "mesh.ply"}]})");
+  EXPECT_EQ(of_frame(""), "garment of a");
+  EXPECT_EQ(of_frame("body"), "body of a");
 }
 
 TEST_F(ResultsTest, SayWhatIsMissing) {
