@@ -74,8 +74,9 @@ export class Client {
   }
 
   /** The mesh of a job's frame, as services/server/console/quantized_mesh.h says; without faces unless they are asked for. */
-  async mesh(jobId: string, frame: string, withFaces: boolean, signal?: AbortSignal): Promise<ArrayBuffer> {
-    const response = await send(`mesh/${[jobId, frame].map(encodeURIComponent).join("/")}${withFaces ? "?faces=1" : ""}`, { signal });
+  async mesh(jobId: string, frame: string, name: string, withFaces: boolean, signal?: AbortSignal): Promise<ArrayBuffer> {
+    const query = new URLSearchParams({ ...(name && { mesh: name }), ...(withFaces && { faces: "1" }) }).toString();
+    const response = await send(`mesh/${[jobId, frame].map(encodeURIComponent).join("/")}${query && `?${query}`}`, { signal });
     if (!response.ok) throw await errorIn(response);
     return response.arrayBuffer();
   }

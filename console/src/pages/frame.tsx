@@ -1,15 +1,15 @@
-import { fromJsonString } from "@bufbuild/protobuf";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Role } from "@api/access_pb";
 import type { CameraLook } from "@api/camera_pb";
 import { Cameras } from "@api/cameras_pb";
 import type { FrameInfo, Job } from "@api/job_pb";
 import { Jobs } from "@api/jobs_pb";
-import { FrameReportSchema, FrameState } from "@api/report_pb";
+import { FrameState } from "@api/report_pb";
 import type { FrameReport } from "@api/report_pb";
 import { client, mayAs } from "../app_state";
 import { asApiError } from "../api/error";
 import type { ApiError } from "../api/error";
+import { frameReport } from "../api/frames";
 import { durationText, percentText } from "../ui/format";
 import { Facts, Failure, Table } from "../ui/parts";
 import { FRAME_STATES } from "../ui/states";
@@ -29,15 +29,17 @@ export function FramePanel({ job, frame }: { job: Job; frame: FrameInfo }) {
   useEffect(() => {
     if (!hasReport) return;
     const abort = new AbortController();
-    fetchText(job.id, frame.frame, "RESULT_KIND_FRAME_REPORT", abort.signal).then(
-      (json) => setReport(fromJsonString(FrameReportSchema, json, { ignoreUnknownFields: true })),
-      (reason: unknown) => abort.signal.aborted || setError(asApiError(reason)),
-    );
+    frameReport(client, job.id, frame.frame, abort.signal).then(setReport, (reason: unknown) => {
+      if (!abort.signal.aborted) setError(asApiError(reason));
+    });
     return () => abort.abort();
   }, []);
   const take = /^take:(.*)$/.exec(job.spec?.dump ?? "")?.[1] ?? /\/takes\/([^/]+)\/take\/?$/.exec(job.spec?.dump ?? "")?.[1];
-  const file = (kind: string, name: string) =>
-    client.fileUrl(Jobs.method.fetchResult, { job_id: job.id, frame: frame.frame, kind, save_as: `${frame.frame}-${name}` });
+  const file = (kind: string, name: string, more = {}) =>
+    client.fileUrl(Jobs.method.fetchResult, { job_id: job.id, frame: frame.frame, kind, save_as: `${frame.frame}-${name}`, ...more });
+  // Reports of earlier versions name none.
+  const named = report?.meshes.map((mesh) => ({ file: mesh.file, query: { mesh: mesh.name } })) ?? [];
+  const meshes = named.length ? named : [{ file: "mesh.ply", query: {} }];
   return (
     <section class="panel" aria-label={`Frame ${frame.frame}`}>
       <h2>
@@ -86,7 +88,11 @@ export function FramePanel({ job, frame }: { job: Job; frame: FrameInfo }) {
       )}
       {(frame.state === FrameState.DONE || frame.state === FrameState.DEGRADED) && (
         <p class="actions">
-          <a href={file("RESULT_KIND_MESH", "mesh.ply")}>mesh.ply</a>
+          {meshes.map((mesh) => (
+            <a key={mesh.file} href={file("RESULT_KIND_MESH", mesh.file, mesh.query)}>
+              {mesh.file}
+            </a>
+          ))}
           <a href={file("RESULT_KIND_CLOUD", "cloud.ply")}>cloud.ply</a>
         </p>
       )}

@@ -87,9 +87,10 @@ export class Engine {
     canvas: HTMLCanvasElement,
     /** The newest frame is gone to when there is one. */
     private readonly follows = false,
+    mesh = "",
   ) {
     this.scene = new MeshScene(canvas, () => this.draw());
-    this.store = new MeshStore(client, jobId, (frame) => this.arrived(frame));
+    this.store = new MeshStore(client, jobId, (frame) => this.arrived(frame), mesh);
   }
 
   close(): void {
@@ -138,7 +139,7 @@ export class Engine {
     const first = frames[0]!.frame;
     try {
       await decoderIsReady;
-      const mesh = readMesh(await this.client.mesh(this.jobId, first, true));
+      const mesh = readMesh(await this.client.mesh(this.jobId, first, this.store.mesh, true));
       if (this.closed) return;
       this.vertices = mesh.vertices;
       this.coverage = new Coverage(mesh.vertices);
@@ -226,7 +227,7 @@ export class Engine {
       ]);
       const shared = this.sharedFrames(own, job, frames.filter(hasMesh));
       this.otherPlaces = new Map(shared.map((frame, i) => [frame.frame, i]));
-      this.otherStore = new MeshStore(this.client, jobId, () => this.draw());
+      this.otherStore = new MeshStore(this.client, jobId, () => this.draw(), this.store.mesh);
       this.otherStore.setNames(shared.map((frame) => frame.frame));
       this.other.value = { job, frames: shared };
       this.setColoring("difference");

@@ -23,6 +23,8 @@ export class MeshStore {
     private readonly client: Client,
     private readonly jobId: string,
     private readonly onArrival: (frame: string) => void,
+    /** Of each frame's meshes; empty: the garment, or the only one. */
+    readonly mesh = "",
   ) {}
 
   /** Names of the frames that have a mesh, in their order. */
@@ -73,7 +75,7 @@ export class MeshStore {
   private async fetch(frame: string): Promise<void> {
     this.fetching.add(frame);
     try {
-      const bytes = await this.client.mesh(this.jobId, frame, false, this.abort.signal);
+      const bytes = await this.client.mesh(this.jobId, frame, this.mesh, false, this.abort.signal);
       if (!this.abort.signal.aborted) this.keep(frame, readMesh(bytes));
     } catch (reason) {
       if (!this.abort.signal.aborted) this.fail(frame, asApiError(reason));

@@ -5,6 +5,7 @@ import { Jobs } from "@api/jobs_pb";
 import { FrameState } from "@api/report_pb";
 import type { Camera, Rig } from "@api/rig_pb";
 import type { Client } from "../api/client";
+import { frameReport } from "../api/frames";
 import { mayAs } from "../app_state";
 import { useAction, useCall } from "../hooks";
 import { useShortcuts } from "../keys";
@@ -22,14 +23,24 @@ import { useEngine } from "./use_engine";
 const RATES = [5, 10, 15, 25, 30, 50, 60, 0];
 
 export function PlayerView({ client, jobId }: { client: Client; jobId: string }) {
-  const { canvas, engine, job, error, problem } = useEngine(client, jobId);
+  const [mesh, setMesh] = useState("");
+  return <MeshPlayer key={mesh} client={client} jobId={jobId} mesh={mesh} choose={setMesh} />;
+}
+
+interface MeshChoice {
+  mesh: string;
+  choose: (mesh: string) => void;
+}
+
+function MeshPlayer({ client, jobId, mesh, choose }: { client: Client; jobId: string } & MeshChoice) {
+  const { canvas, engine, job, error, problem } = useEngine(client, jobId, false, mesh);
   const isEmpty = engine !== null && job !== undefined && engine.frames.value.length === 0;
   return (
     <>
       <Failure error={error} />
       {problem && <p role="alert">{problem}</p>}
       {isEmpty && <p class="empty">{emptyText(job)}</p>}
-      {engine && job && <Bar engine={engine} job={job} client={client} />}
+      {engine && job && <Bar engine={engine} job={job} client={client} mesh={mesh} choose={choose} />}
       <div class="player-stage">
         <canvas
           ref={canvas}
@@ -52,7 +63,7 @@ function emptyText(job: Job): string {
   return "This job has no registered frame, so there is nothing to show. The job’s page says what became of each frame.";
 }
 
-function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client }) {
+function Bar({ engine, job, client, mesh, choose }: { engine: Engine; job: Job; client: Client } & MeshChoice) {
   const compare = useAction();
   const other = engine.other.value;
   const colorings = COLORINGS.filter((one) => one !== "difference" || other);
@@ -76,6 +87,7 @@ function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client
             ))}
           </select>
         </label>
+        <Meshes engine={engine} job={job} client={client} mesh={mesh} choose={choose} />
         <Garments engine={engine} />
         <Compared engine={engine} job={job} choose={(id) => void compare.run(() => engine.compareWith(id, job))} />
         <Overlaid engine={engine} job={job} client={client} />
@@ -96,6 +108,33 @@ function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client
       <Failure error={compare.error} />
       <Failure error={engine.error.value} />
     </>
+  );
+}
+
+/** Where frames have more than one, by the report of the first. */
+function Meshes({ engine, job, client, mesh, choose }: { engine: Engine; job: Job; client: Client } & MeshChoice) {
+  const [names, setNames] = useState<string[]>([]);
+  const first = engine.frames.value[0]?.frame;
+  useEffect(() => {
+    if (!first) return;
+    const abort = new AbortController();
+    frameReport(client, job.id, first, abort.signal).then(
+      (report) => setNames(report.meshes.map((one) => one.name)),
+      () => {}, // the player says what cannot be read
+    );
+    return () => abort.abort();
+  }, [first]);
+  if (names.length < 2) return null;
+  return (
+    <label>
+      Mesh
+      <select value={mesh || (names.includes("garment") ? "garment" : "")} onChange={(event) => choose(event.currentTarget.value)}>
+        {!mesh && !names.includes("garment") && <option value="">choose one</option>}
+        {names.map((name) => (
+          <option key={name}>{name}</option>
+        ))}
+      </select>
+    </label>
   );
 }
 

@@ -15,8 +15,8 @@ export interface JobInSpace {
   problem: string;
 }
 
-/** An engine for a job's meshes that lives as long as the canvas; `follows` as Engine has it. */
-export function useEngine(client: Client, jobId: string, follows = false): JobInSpace {
+/** An engine for a job's meshes that lives as long as the canvas; `follows` and `mesh` as Engine has them. */
+export function useEngine(client: Client, jobId: string, follows = false, mesh = ""): JobInSpace {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [engine, setEngine] = useState<Engine | null>(null);
   const [problem, setProblem] = useState("");
@@ -24,7 +24,7 @@ export function useEngine(client: Client, jobId: string, follows = false): JobIn
   useEffect(() => {
     let made: Engine;
     try {
-      made = new Engine(client, jobId, canvas.current!, follows);
+      made = new Engine(client, jobId, canvas.current!, follows, mesh);
     } catch (reason) {
       setProblem(`This browser shows nothing in 3D: ${String(reason)}`);
       return;
