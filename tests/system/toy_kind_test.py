@@ -1,7 +1,9 @@
 """A kind of work that no file of the product names, tests/services/work/kinds/toy: what one file gives it."""
 
+import base64
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -40,10 +42,13 @@ def copies(folder):
     return [frame for frame in sorted(os.listdir(folder)) if os.path.exists(os.path.join(folder, frame, "mesh.ply"))]
 
 
+def report_of(folder, frame):
+    return json.loads(read(os.path.join(folder, frame, "report.json")))
+
+
 def state_of(folder, frame):
     """What the copying knew after a unit: how many meshes it had copied."""
-    import base64
-    return base64.b64decode(json.loads(read(os.path.join(folder, frame, "report.json")))["unit"]["state"]).decode()
+    return base64.b64decode(report_of(folder, frame)["unit"]["state"]).decode()
 
 
 class KindTest(ConsoleDaemon, unittest.TestCase):
@@ -78,6 +83,28 @@ class Command(KindTest):
         said = self.copy().stderr
         self.assertEqual(said.count("kept from an earlier run"), len(FRAMES) - 1)
         self.assertEqual(copies(self.out), FRAMES)
+
+    def test_makes_two_meshes_that_export_finds_by_name(self):
+        self.copy("--mirror")
+        meshes = report_of(self.out, "0002")["meshes"]
+        self.assertEqual([(mesh["name"], mesh["file"], mesh["vertices"]) for mesh in meshes],
+                         [("garment", "mesh.ply", 3), ("mirror", "mirror.ply", 3)])
+        self.assertNotEqual(*(mesh["topology_hash"] for mesh in meshes))  # its faces are turned
+        def export(*more, check=0):
+            done = weft("export", self.out, "--format", "obj", "--unit", "mm", "--world-up", "y", "--out", self.path("obj"), *more, check=check)
+            shutil.rmtree(self.path("obj"), ignore_errors=check != 0)
+            return done.stderr
+        self.assertIn('no frame has a mesh "hat"; there are garment, mirror', export("--mesh", "hat", check=2))
+        export("--mesh", "mirror", "--frames", "0002")
+        manifest = json.loads(read(self.path("obj/export.json")))
+        self.assertEqual((manifest["mesh"], manifest["vertices"]), ("mirror", 3))
+        changed = report_of(self.out, "0003")
+        changed["meshes"][1]["topology_hash"] = "0" * 16
+        write(os.path.join(self.out, "0003", "report.json"), json.dumps(changed))
+        self.assertIn("frame 0003: its mesh mirror has other vertices or faces than that of frame 0002",
+                      export("--mesh", "mirror", check=2))
+        os.remove(os.path.join(self.out, "0001", "mirror.ply"))
+        self.assertEqual(self.copy("--mirror").stderr.count("kept from an earlier run"), len(FRAMES) - 1)
 
     def test_goes_on_after_a_kill(self):
         program = os.path.join(os.environ["WEFT_BIN"], "weft")
@@ -118,6 +145,13 @@ class Daemon(KindTest):
         again = self.path("fetched")
         weft("job", "fetch", job_id, "--out", again, *self.server, check=0)
         self.assertEqual(copies(again), FRAMES)
+        self.assertFalse(os.path.exists(os.path.join(again, FRAMES[0], "mirror.ply")))
+        job_of_two = self.copy("--detach", "--mirror", *self.server).stdout.strip()
+        weft("job", "watch", job_of_two, *self.server, check=0)
+        weft("job", "fetch", job_of_two, "--out", self.path("both"), *self.server, check=0)
+        for frame in FRAMES:
+            for name in ("mesh.ply", "mirror.ply"):
+                self.assertEqual(read(os.path.join(self.path("both"), frame, name), "rb"), read(os.path.join(self.out, frame, name), "rb"))
         # Its results are what the next one reads.
         weft("copy-meshes", f"job:{job_id}", "--out", self.path("second"), *self.server, check=0)
         self.assertEqual(copies(self.path("second")), FRAMES)
@@ -178,22 +212,32 @@ class Python(KindTest):
         from python_client import PYTHON
         script = self.path("script.py")
         write(script, """
-import sys, weft
-server, source = sys.argv[1:]
+import os, sys, weft
+server, source, folder = sys.argv[1:]
 with weft.Client(server) as client:
     kind, = [kind for kind in client.jobs.kinds() if kind.name == "copy meshes"]
-    assert [option.name for option in kind.options] == ["every", "pause-ms"], kind
-    job = client.jobs.submit(weft.work_spec(kind.name, {"result": source}, {"every": "2"}))
+    assert [option.name for option in kind.options] == ["every", "mirror", "pause-ms"], kind
+    job = client.jobs.submit(weft.work_spec(kind.name, {"result": source}, {"every": "2", "mirror": ""}))
     assert client.jobs.wait(job.id, 60).state == weft.v1.JOB_STATE_DONE
     print([(frame.frame, float(mesh.vertices_mm[1, 0])) for frame, mesh in client.jobs.meshes(job.id)])
+    print([float(mesh.vertices_mm[1, 0]) for _, mesh in client.jobs.meshes(job.id, "mirror")])
+    client.jobs.fetch(job.id, folder)
+    print(sorted(os.listdir(os.path.join(folder, "0002"))))
+    try:
+        client.jobs.mesh(job.id, "0000", "hat")
+    except weft.NotFound as error:
+        print(error)
     try:
         client.jobs.submit(weft.work_spec("knit", {}))
     except weft.InvalidArgument as error:
         print(error)
 """)
-        said = subprocess.run([PYTHON, script, self.addresses[0], self.source], capture_output=True, text=True, check=False)
+        said = subprocess.run([PYTHON, script, self.addresses[0], self.source, self.path("both")], capture_output=True, text=True, check=False)
         self.assertEqual(said.returncode, 0, said.stderr)
-        meshes, refused = said.stdout.splitlines()
+        meshes, mirrored, fetched, no_hat, refused = said.stdout.splitlines()
+        self.assertEqual(fetched, "['mesh.ply', 'mirror.ply', 'report.json']")
+        self.assertEqual(mirrored, "[-1.0, -3.0, -5.0]")
+        self.assertIn('no frame has a mesh "hat"; there are garment, mirror', no_hat)
         self.assertEqual(meshes, "[('0000', 1.0), ('0002', 3.0), ('0004', 5.0)]")
         self.assertIn('spec.work.kind: "knit"', refused)
         self.assertIn("copy meshes", refused)

@@ -44,6 +44,7 @@ v1::WorkKindInfo Describe() {
   v1::WorkOptionInfo& every = add_option("every", "One mesh in so many", v1::OPTION_TYPE_INTEGER);
   every.set_preset("1");
   every.set_least(1), every.set_most(1000);
+  add_option("mirror", "A second mesh, mirrored", v1::OPTION_TYPE_FLAG);
   v1::WorkOptionInfo& pause = add_option("pause-ms", "Rest after each mesh, in ms", v1::OPTION_TYPE_INTEGER);
   pause.set_least(0), pause.set_most(100000);
   pause.set_is_rare(true);
@@ -52,8 +53,9 @@ v1::WorkKindInfo Describe() {
 
 class MeshesOfFolder : public Units {
  public:
-  MeshesOfFolder(std::string folder, std::vector<std::string> names, std::chrono::milliseconds pause)
-      : folder_(std::move(folder)), names_(std::move(names)), pause_(pause) {}
+  MeshesOfFolder(std::string folder, std::vector<std::string> names, std::chrono::milliseconds pause,
+                 bool mirrors)
+      : folder_(std::move(folder)), names_(std::move(names)), pause_(pause), mirrors_(mirrors) {}
 
   std::vector<std::string> Names() const override { return names_; }
   std::vector<v1::NamedValue> Hashes() const override { return {}; }
@@ -80,16 +82,27 @@ class MeshesOfFolder : public Units {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     place.state = absl::StrCat(copied + 1);
-    return place.folder.Put(
-        FrameFile::kMesh, [&mesh](const std::string& path) { return WriteMesh(path, *mesh); }, place.report);
+    WEFT_RETURN_IF_ERROR(Put(kGarmentMesh, *mesh, place));
+    return mirrors_ ? Put("mirror", Mirrored(*mesh), place) : absl::OkStatus();
   }
 
  private:
+  static absl::Status Put(const std::string& name, const TriangleMesh& mesh, const UnitPlace& place) {
+    return place.folder.PutMesh(
+        name, mesh.vertices_mm.size(), mesh.faces,
+        [&mesh](const std::string& path) { return WriteMesh(path, mesh); }, place.report);
+  }
+  static TriangleMesh Mirrored(TriangleMesh mesh) {
+    for (Eigen::Vector3d& vertex : mesh.vertices_mm) vertex.x() = -vertex.x();
+    for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+    return mesh;
+  }
   std::string MeshOf(size_t unit) const { return FramePaths(folder_, names_[unit]).Of(FrameFile::kMesh); }
 
   const std::string folder_;
   const std::vector<std::string> names_;
   const std::chrono::milliseconds pause_;
+  const bool mirrors_;
 };
 
 class CopyMeshes : public UnitKind {
@@ -111,7 +124,8 @@ class CopyMeshes : public UnitKind {
     std::vector<std::string> used;
     for (size_t i = 0; i < names.size(); i += every) used.push_back(names[i]);
     return std::make_unique<MeshesOfFolder>(
-        folder, std::move(used), std::chrono::milliseconds(static_cast<int>(arguments.Number("pause-ms"))));
+        folder, std::move(used), std::chrono::milliseconds(static_cast<int>(arguments.Number("pause-ms"))),
+        arguments.Has("mirror"));
   }
 };
 
