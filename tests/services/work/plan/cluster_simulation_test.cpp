@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 namespace weft {
 namespace {
@@ -92,6 +93,80 @@ TEST(SimulateJob, IsTheSameForASeed) {
   job.frame_s = {1, 2, 7};
   EXPECT_EQ(SimulateJob(cluster, job, 4).wall_s, SimulateJob(cluster, job, 4).wall_s);
   EXPECT_NE(SimulateJob(cluster, job, 4).wall_s, SimulateJob(cluster, job, 5).wall_s);
+}
+
+// What one loss costs is known whenever it comes: the task goes on when its loss was noticed and a node is
+// there, with the frames that were not complete.
+TEST(SimulateJob, ALossCostsTheFrameItWasInAndTheTimeUntilANodeIsBack) {
+  ClusterModel cluster = Cluster(1, 1);
+  cluster.hours_between_losses = 0.1;
+  JobModel job = Job(100, 100);
+  job.startup_s = 1;
+  int seen = 0;
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    for (const bool noticed_first : {true, false}) {
+      cluster.notice_s = noticed_first ? 10 : 30;
+      cluster.repair_s = noticed_first ? 30 : 10;
+      const SimulatedJob done = SimulateJob(cluster, job, seed);
+      if (done.losses != 1 || done.tasks != 2) continue;
+      ++seen;
+      EXPECT_NEAR(done.wall_s - done.busy_s, 30, 1e-9);
+      EXPECT_NEAR(done.busy_s - done.lost_s, 301, 1e-9);
+      EXPECT_GT(done.lost_s, 0);
+      EXPECT_LT(done.lost_s, 4 + 1e-9);
+      EXPECT_NEAR(done.slots_used, done.busy_s / done.wall_s, 1e-12);
+    }
+  }
+  EXPECT_GT(seen, 10);
+}
+
+TEST(SimulateJob, NodesAreLostAsOftenAsTheModelSays) {
+  ClusterModel cluster = Cluster(4, 1);
+  cluster.hours_between_losses = 10;
+  cluster.repair_s = 0;
+  cluster.notice_s = 0;
+  JobModel job = Job(400, 100);
+  job.frame_s = {3600};
+  double losses = 0, node_hours = 0;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const SimulatedJob done = SimulateJob(cluster, job, seed);
+    losses += done.losses;
+    node_hours += 4 * done.wall_s / 3600;
+  }
+  EXPECT_NEAR(10 * losses / node_hours, 1, 0.1);
+}
+
+TEST(SimulateJob, WithoutFramesTakesNoTime) {
+  const SimulatedJob done = SimulateJob(Cluster(1, 1), Job(0, 1), 0);
+  EXPECT_EQ(done.wall_s, 0);
+  EXPECT_EQ(done.slots_used, 0);
+  EXPECT_EQ(done.tasks, 0);
+}
+
+TEST(SimulateJob, FramesHaveAllTimesThatWereMeasuredAndNoOther) {
+  JobModel job = Job(4000, 1);
+  job.frame_s = {1, 2, 7};
+  EXPECT_NEAR(SimulateJob(Cluster(1, 1), job, 1).wall_s / 4000, 10.0 / 3, 0.2);
+}
+
+TEST(ClusterModel, EveryFieldHasItsLimits) {
+  const auto why_not = [](auto&& change) {
+    ClusterModel cluster;
+    change(cluster);
+    return std::string(cluster.Validate().message());
+  };
+  EXPECT_EQ(why_not([](ClusterModel&) {}), "");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.nodes = 100000; }), "");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.nodes = 100001; }), "nodes: 100001 is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.nodes = 0; }), "nodes: 0 is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.tasks_per_node = 1024; }), "");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.tasks_per_node = 1025; }),
+            "tasks_per_node: 1025 is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.tasks_per_node = 0; }), "tasks_per_node: 0 is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.starts_per_s = 0, c.repair_s = 0, c.notice_s = 0; }), "");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.starts_per_s = INFINITY; }), "starts_per_s: inf is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.repair_s = -1; }), "repair_s: -1 is out of range");
+  EXPECT_EQ(why_not([](ClusterModel& c) { c.notice_s = NAN; }), "notice_s: nan is out of range");
 }
 
 }  // namespace
