@@ -76,8 +76,8 @@ Cut Choose(const Pilot& pilot, const PlanRequest& request, int cores) {
     return Play(pilot, request, cores, std::min(request.frames_per_task, pilot.job_frames));
   std::vector<Cut> cuts;
   for (const int size : {1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 18, 24, 30, 40, 50, 60, 80, 100, 150, 200, 300}) {
-    if (size > pilot.job_frames && !cuts.empty()) break;
-    cuts.push_back(Play(pilot, request, cores, std::min(size, pilot.job_frames)));
+    if (size > pilot.job_frames) break;
+    cuts.push_back(Play(pilot, request, cores, size));
   }
   const auto shortest = std::ranges::min_element(
       cuts, [](const Cut& a, const Cut& b) { return a.played.wall_s < b.played.wall_s; });
