@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "services/formats/files/garment_file.h"
@@ -95,6 +97,72 @@ TEST_F(MeshImportTest, RefusesWhatIsNoFrameOfTheGarment) {
   EXPECT_THAT(std::string(Import().status().message()), HasSubstr("neither .obj nor .ply"));
   request_.meshes.clear();
   EXPECT_EQ(Import().status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(MeshImportTest, TellsWhatItMadeAndWhen) {
+  std::vector<std::pair<size_t, size_t>> told;
+  const auto imported = ImportMeshes(request_, [&](size_t k, size_t all) { told.emplace_back(k, all); }, {});
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_THAT(told, ElementsAre(std::pair(1, 2), std::pair(2, 2)));
+  EXPECT_EQ(imported->vertices, 6u);
+  EXPECT_EQ(imported->garment, folder_ / "out/garment.ply");
+  v1::Job job;
+  ASSERT_TRUE(ReadJsonFile(folder_ / "out/job.json", job).ok());
+  EXPECT_EQ(job.id(), "import");
+  EXPECT_EQ(job.spec().out(), folder_ / "out");
+  EXPECT_EQ(job.frames().total(), 2);
+  EXPECT_EQ(job.first_frame(), "2");
+  EXPECT_EQ(job.last_frame(), "10");
+  EXPECT_GT(job.created_unix_ns(), 0);
+  EXPECT_EQ(job.started_unix_ns(), job.created_unix_ns());
+  EXPECT_GT(job.finished_unix_ns(), job.started_unix_ns());
+  EXPECT_FALSE(job.weft_version().empty());
+  v1::FrameReport report;
+  ASSERT_TRUE(ReadJsonFile(folder_ / "out/2/report.json", report).ok());
+  EXPECT_EQ(report.frame(), "2");
+  EXPECT_EQ(report.state(), v1::FRAME_STATE_DONE);
+  EXPECT_EQ(report.mesh().vertices(), 6);
+  EXPECT_EQ(report.weft_version(), job.weft_version());
+}
+
+TEST_F(MeshImportTest, NamesWithoutNumbersAreCounted) {
+  request_.meshes.clear();
+  for (const char* name : {"front", "back"}) {
+    WriteBytes(folder_ / absl::StrCat(name, ".obj"), StripObj(1));
+    request_.meshes.push_back(folder_ / absl::StrCat(name, ".obj"));
+  }
+  EXPECT_THAT(Import()->frames, ElementsAre("0000", "0001"));
+}
+
+TEST_F(MeshImportTest, TheMeshAtRestMayBeAnother) {
+  WriteBytes(folder_ / "rest.obj", StripObj(7));
+  request_.rest = folder_ / "rest.obj";
+  const auto imported = Import();
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_NEAR(ReadGarmentMesh(imported->garment)->rest.vertices_mm[0].z(), 7000, 1e-9);
+  EXPECT_THAT(imported->frames, ElementsAre("2", "10"));
+}
+
+TEST_F(MeshImportTest, StopsBetweenFramesWithoutAJobFile) {
+  std::stop_source stop;
+  const absl::Status status = ImportMeshes(
+                                  request_, [&](size_t, size_t) { stop.request_stop(); }, stop.get_token())
+                                  .status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/2/mesh.ply"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/10"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/job.json"));
+}
+
+TEST_F(MeshImportTest, NeedsAFolderAndAUnit) {
+  request_.unit_mm = 0;
+  EXPECT_THAT(std::string(Import().status().message()), HasSubstr("unit"));
+  request_.unit_mm = 1e-3;
+  request_.out.clear();
+  EXPECT_EQ(Import().status().code(), absl::StatusCode::kInvalidArgument);
+  request_.out = folder_ / "out";
+  WriteBytes(folder_ / "out/job.json", "{broken");
+  EXPECT_EQ(Import().status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "services/formats/files/json_file.h"
 #include "services/work/pipeline/frame_folder.h"
@@ -109,6 +111,49 @@ TEST_F(JobFolderTest, WhatEndingsThrowCostsThemAlone) {
   v1::Job written;
   ASSERT_TRUE(ReadJsonFile(out_ + "/job.json", written).ok());
   EXPECT_THAT(written.warnings(), ElementsAre(HasSubstr("no judge")));
+}
+
+TEST_F(JobFolderTest, ALackOfThreadsIsNoVerdictAndNoReport) {
+  const auto lacking = [] { return std::system_error(EAGAIN, std::generic_category()); };
+  JobEndings endings;
+  endings.assess = [&](const std::string&, const v1::Job&) -> v1::Verdict { throw lacking(); };
+  EXPECT_EQ(folder_.Finish(infos_, endings, job_).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(job_.warnings_size(), 0);
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/job.json")) << "it is tried again";
+  endings.assess = {};
+  endings.write_report = [&](const std::string&, const v1::Job&) -> absl::Status { throw lacking(); };
+  EXPECT_EQ(folder_.Finish(infos_, endings, job_).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/job.json"));
+}
+
+TEST_F(JobFolderTest, AnotherOwnersFolderIsNotWritten) {
+  JobFolder other(out_, "another");
+  ASSERT_TRUE(other.Take(std::chrono::milliseconds(0)).ok());
+  EXPECT_EQ(folder_.Finish(infos_, {}, job_).code(), absl::StatusCode::kFailedPrecondition);
+  const auto find = [](const v1::Job&, const auto&) { return std::vector<IncompleteFrame>{}; };
+  EXPECT_EQ(folder_.Check(job_, infos_, find).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/job.json"));
+}
+
+TEST_F(JobFolderTest, FinishesWithoutLeftovers) {
+  ASSERT_TRUE(folder_.Take(std::chrono::milliseconds(0)).ok());
+  WriteBytes(out_ + "/b/mesh.ply.tmp.1.2", "half");
+  WriteBytes(out_ + "/job.json.tmp.1.2", "half");
+  ASSERT_TRUE(folder_.Finish(infos_, {}, job_).ok());
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/b/mesh.ply.tmp.1.2"));
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/job.json.tmp.1.2"));
+}
+
+TEST_F(JobFolderTest, OnlyFailedFramesAreBridged) {
+  ASSERT_TRUE(folder_.Take(std::chrono::milliseconds(0)).ok());
+  for (const v1::FrameInfo& info : infos_) {
+    v1::FrameReport report;
+    report.mutable_temporal()->set_bridged(true);
+    ASSERT_TRUE(FrameFolder::Open(out_, info.frame(), ConfinedFolder::IfMissing::kMake)->Commit(report).ok());
+  }
+  EXPECT_THAT(folder_.BridgedFrames(infos_), ElementsAre(0u, 1u));
+  infos_[0].set_state(v1::FRAME_STATE_DONE);
+  EXPECT_THAT(folder_.BridgedFrames(infos_), ElementsAre(1u));
 }
 
 }  // namespace

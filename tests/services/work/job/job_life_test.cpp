@@ -232,5 +232,166 @@ TEST(JobLife, OfAJobThatHasEndedSaysSo) {
   EXPECT_EQ(life.Describe().frames().failed(), 1);
 }
 
+TEST(NewLocalJob, HasWhatItWasAskedAndAnIdOfItsTime) {
+  v1::RegistrationSpec spec;
+  spec.set_out("/results");
+  v1::InputHashes inputs;
+  inputs.set_rig("0123");
+  const v1::Job job = NewLocalJob(spec, inputs, {"one", "two"});
+  EXPECT_EQ(job.spec().out(), "/results");
+  EXPECT_EQ(job.inputs().rig(), "0123");
+  EXPECT_THAT(job.warnings(), ElementsAre("one", "two"));
+  ASSERT_TRUE(job.id().starts_with("local-"));
+  EXPECT_EQ(job.id().size(), 6u + 10);  // seconds of this century
+}
+
+TEST_F(JobLifeTest, AddsUpWhatItsTasksTook) {
+  v1::WorkerUsage usage;
+  usage.set_core_s(5), usage.set_wall_s(6), usage.set_peak_memory_mib(300);
+  life_.AddUsage(usage);
+  usage.set_core_s(1), usage.set_wall_s(2), usage.set_peak_memory_mib(200);
+  life_.AddUsage(usage);
+  life_.CountTask(false, 1.5);
+  life_.CountTask(true, 2);
+  const v1::JobUsage& all = life_.job().usage();
+  EXPECT_EQ(all.core_s(), 6);
+  EXPECT_EQ(all.worker_s(), 8);
+  EXPECT_EQ(all.peak_memory_mib(), 300);
+  EXPECT_EQ(all.tasks(), 2);
+  EXPECT_EQ(all.tasks_lost(), 1);
+  EXPECT_EQ(all.queued_s(), 3.5);
+}
+
+TEST_F(JobLifeTest, OnlyASpecThatSaysSoFollowsItsTake) {
+  EXPECT_FALSE(life_.following());
+  EXPECT_FALSE(life_.Describe().has_live());
+  EXPECT_THAT(life_.frames().TakeAll(), ElementsAre(0, 1, 2));
+}
+
+TEST_F(JobLifeTest, TimesAreThoseOfItsStart) {
+  EXPECT_EQ(life_.job().started_unix_ns(), 0);
+  EXPECT_FALSE(life_.job().weft_version().empty());
+  life_.Start();
+  EXPECT_GE(life_.job().started_unix_ns(), life_.job().created_unix_ns());
+}
+
+TEST_F(JobLifeTest, GuessesFromAFifthOfAFrameOn) {
+  life_.Start();
+  life_.frames().Start(0);
+  life_.frames().Advance(0, 0.19);
+  EXPECT_EQ(life_.Describe().remaining_s(), -1);
+  life_.frames().Advance(0, 0.2);
+  EXPECT_GE(life_.Describe().remaining_s(), 0);
+}
+
+TEST_F(JobLifeTest, NamesAllFramesWhoseInputsChanged) {
+  for (size_t i = 0; i < 3; ++i) Finish(i, v1::FRAME_STATE_DONE);
+  ASSERT_TRUE(life_.DoAgain({{0, "its images changed", true}, {2, "its scan changed", true}}).ok());
+  ASSERT_EQ(life_.job().warnings_size(), 1);
+  EXPECT_THAT(life_.job().warnings(0), HasSubstr("these frames were registered again"));
+  Finish(1, v1::FRAME_STATE_DONE);
+  ASSERT_TRUE(life_.DoAgain({{1, "mesh.ply is missing", false}}).ok());
+  EXPECT_EQ(life_.job().warnings_size(), 1);
+}
+
+TEST_F(JobLifeTest, FramesWithoutAResultHaveNoReasonWhereTheJobHasNone) {
+  Finish(0, v1::FRAME_STATE_DONE);
+  EXPECT_EQ(life_.Outcome({}).state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(life_.frames().infos()[1].state(), v1::FRAME_STATE_CANCELLED);
+  EXPECT_EQ(life_.frames().infos()[1].reason(), "");
+}
+
+TEST_F(JobLifeTest, ARetryBeginsAnew) {
+  life_.Start();
+  Finish(0, v1::FRAME_STATE_FAILED, "dark");
+  for (int i = 0; i < kMaxRepairs; ++i) ASSERT_TRUE(life_.DoAgain({{1, "mesh.ply is missing"}}).ok());
+  life_.Abort(v1::JOB_STATE_FAILED, "the disk\nis full");
+  EXPECT_EQ(life_.abort_message(), life_.job().ends_because());
+  EXPECT_EQ(life_.abort_message().find('\n'), std::string::npos);
+  v1::Job ended = life_.Outcome({});
+  EXPECT_EQ(ended.state(), v1::JOB_STATE_FAILED);
+  ended.mutable_verdict()->set_grade(v1::GRADE_BAD);
+  life_.Conclude(ended);
+  ASSERT_TRUE(life_.Retry());
+  EXPECT_EQ(life_.job().started_unix_ns(), 0);
+  EXPECT_EQ(life_.job().finished_unix_ns(), 0);
+  EXPECT_FALSE(life_.job().has_verdict());
+  EXPECT_TRUE(life_.DoAgain({{1, "mesh.ply is missing"}}).ok());
+  EXPECT_FALSE(life_.Retry()) << "it has not ended";
+}
+
+TEST(JobLife, GoesOnAsItWasWrittenDown) {
+  for (const v1::JobState state : {v1::JOB_STATE_DONE, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED,
+                                   v1::JOB_STATE_QUEUED, v1::JOB_STATE_RUNNING}) {
+    v1::Job job = NewJob();
+    job.set_state(state);
+    job.set_ends_as(v1::JOB_STATE_CANCELLED);
+    job.set_ends_because("cancelled");
+    JobLife life(job, std::vector<v1::FrameInfo>{Ended("a", v1::FRAME_STATE_FAILED)});
+    const bool has_ended = state != v1::JOB_STATE_QUEUED && state != v1::JOB_STATE_RUNNING;
+    EXPECT_EQ(life.is_aborted(), !has_ended);
+    EXPECT_EQ(life.Describe().remaining_s(), has_ended ? 0 : -1);
+    EXPECT_EQ(life.Retry(), has_ended);
+  }
+}
+
+TEST(JobLife, AFollowedTakeMayBeginWithoutFrames) {
+  v1::Job spec = NewJob();
+  spec.mutable_spec()->set_live_every(2);
+  JobLife life(spec, std::vector<std::string>{});
+  EXPECT_EQ(life.job().first_frame(), "");
+  life.Append({});
+  EXPECT_EQ(life.job().last_frame(), "");
+  life.Append({"a", "b"});
+  life.Append({"c"});
+  EXPECT_EQ(life.job().first_frame(), "a");
+  EXPECT_EQ(life.job().last_frame(), "c");
+  v1::FrameInfo seen = Ended("a", v1::FRAME_STATE_DONE);
+  seen.set_coverage(0.75);
+  life.frames().Finish(0, seen);
+  life.SetLatency(0, 1.25);
+  EXPECT_EQ(life.job().live().coverage(), 0.75);
+  EXPECT_EQ(life.frames().infos()[0].latency_s(), 1.25);
+
+  // One that was written down goes on following, and a retry does, too.
+  JobLife again(life.Describe(), life.frames().infos());
+  EXPECT_THAT(again.frames().TakeAll(), ElementsAre(2));
+  again.Conclude(again.Outcome({}));
+  EXPECT_TRUE(again.Retry());
+  EXPECT_THAT(again.frames().TakeAll(), ElementsAre(2));
+  again.StopFollowing(false);
+  EXPECT_EQ(again.job().live().sets_recorded(), 3);
+  EXPECT_EQ(again.job().live().backlog(), 0);
+  EXPECT_FALSE(again.following());
+}
+
+TEST(JobLife, ATakeThatIsFollowedMayBeRetriedWithoutAFailure) {
+  v1::Job spec = NewJob();
+  spec.mutable_spec()->set_live_every(1);
+  JobLife life(spec, std::vector<std::string>{"a"});
+  life.frames().Finish(0, Ended("a", v1::FRAME_STATE_DONE));
+  life.Conclude(life.Outcome({}));
+  EXPECT_TRUE(life.Retry());
+}
+
+TEST(JobLife, FramesThatKilledTheirWorkersAreNotRefined) {
+  v1::Job spec = NewJob();
+  spec.mutable_spec()->set_live_every(1);
+  JobLife life(spec, std::vector<std::string>{"a", "b", "c", "d"});
+  const auto end = [&](size_t position, int attempts, v1::FrameState state) {
+    for (int i = 0; i < attempts; ++i) life.frames().Start(position);
+    life.frames().Finish(position, Ended("", state));
+  };
+  end(0, kMaxAttempts, v1::FRAME_STATE_FAILED);
+  end(1, kMaxAttempts - 1, v1::FRAME_STATE_FAILED);
+  end(2, kMaxAttempts, v1::FRAME_STATE_DONE);
+  life.frames().Start(3);
+  life.StopFollowing(true);
+  EXPECT_EQ(life.frames().infos()[0].state(), v1::FRAME_STATE_FAILED);
+  EXPECT_EQ(life.frames().infos()[1].state(), v1::FRAME_STATE_WAITING);
+  EXPECT_EQ(life.frames().infos()[2].state(), v1::FRAME_STATE_WAITING);
+  EXPECT_EQ(life.frames().infos()[3].state(), v1::FRAME_STATE_RUNNING);
+}
+
 }  // namespace
 }  // namespace weft
