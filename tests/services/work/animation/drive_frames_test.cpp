@@ -1,0 +1,536 @@
+// A small take from its pictures to driven meshes, by everything that driving consists of.
+#include "services/work/animation/drive_frames.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
+#include "services/formats/files/observations_file.h"
+#include "services/formats/files/rig_file.h"
+#include "services/formats/synthetic/take_writer.h"
+#include "services/work/animation/drive_live.h"
+#include "services/work/animation/driven_frame.h"
+#include "services/work/animation/driver_memory.h"
+#include "services/work/animation/train_avatar.h"
+#include "services/work/pipeline/algorithm_versions.h"
+#include "services/work/pipeline/frame_folder.h"
+#include "tests/capture/temp_folder.h"
+#include "tests/services/work/animation/moving_take.h"
+#include "tests/simulation/tiny_take.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr int kDriven = 3, kCameras = 3, kLearntOf = 14;
+
+// A take with pictures, an avatar that has learnt the garment's motion, and what it makes of the take.
+struct DrivenTake {
+  TempFolder folder;
+  std::string root = fs::canonical(folder.path()).string();
+  std::string take = root + "/take", avatar = root + "/tiny.avatar", out = root + "/out";
+
+  DrivenTake() {
+    SyntheticTake filmed = Tiny(1, kDriven, kCameras);
+    EXPECT_TRUE(WriteSyntheticTake(filmed, *TakeFolder::Open(take, "test")).ok());
+    SyntheticTake moving = Tiny(1, kLearntOf, kCameras);
+    AvatarRequest request;
+    request.sources = {WriteMovingTake(root + "/cloth", moving.garment(), kLearntOf,
+                                       [&](int) { return moving.NextCloth()->vertices_mm; })};
+    request.garment = take + "/template";
+    request.training = {.components = 4, .calibration_frames = 2};
+    request.out = avatar;
+    const auto trained = TrainAvatar(request, {}, {});
+    EXPECT_TRUE(trained.ok()) << trained.status();
+  }
+};
+
+DrivenTake* driven_take = nullptr;
+
+class DriveFramesTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    driven_take = new DrivenTake;
+    Told told;
+    const absl::Status status = Drive(SpecOf(driven_take->take), {0, 1, 2}, driven_take->out, told);
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_THAT(told.lines, ElementsAre("started 0000", "finished 0000", "started 0001", "finished 0001",
+                                        "started 0002", "finished 0002"));
+  }
+  static void TearDownTestSuite() { delete driven_take; }
+
+  struct Told {
+    std::vector<std::string> lines;
+    std::vector<v1::FrameInfo> infos;
+  };
+  static v1::RegistrationSpec SpecOf(const std::string& take) {
+    v1::RegistrationSpec spec;
+    spec.set_dump(take);
+    spec.set_rig(take + "/rig.json");
+    spec.set_board(take + "/board.json");
+    spec.set_garment(take + "/template");
+    spec.set_out("unused");
+    spec.mutable_driving()->set_avatar(driven_take->avatar);
+    *spec.mutable_options() = *EffectiveDriveOptions({});
+    return spec;
+  }
+  static absl::Status Drive(const v1::RegistrationSpec& spec, const std::vector<size_t>& asked,
+                            const std::string& out, Told& told, int threads = 2, std::stop_token stop = {}) {
+    const auto inputs = LoadDriveInputs(spec);
+    if (!inputs.ok()) return inputs.status();
+    const auto list = ListDriveFrames(spec, **inputs);
+    if (!list.ok()) return list.status();
+    RegistrationEvents events;
+    events.started = [&](const std::string& frame) { told.lines.push_back("started " + frame); };
+    events.finished = [&](const v1::FrameInfo& info) {
+      told.lines.push_back((info.reused() ? "reused " : "finished ") + info.frame());
+      told.infos.push_back(info);
+    };
+    return DriveFrames(spec, **inputs, *list, asked, out, threads, events, stop);
+  }
+  Told DriveAll(const v1::RegistrationSpec& spec, const std::vector<size_t>& asked = {0, 1, 2}) {
+    Told told;
+    const absl::Status status = Drive(spec, asked, out_, told);
+    EXPECT_TRUE(status.ok()) << status;
+    return told;
+  }
+  void BeginWithAll() { fs::copy(driven_take->out, out_, fs::copy_options::recursive); }
+  std::string TakeOfOwn() {
+    fs::copy(driven_take->take, root_ + "/take", fs::copy_options::recursive);
+    return root_ + "/take";
+  }
+  static v1::FrameReport ReportOf(const std::string& out, const std::string& frame) {
+    v1::FrameReport report;
+    EXPECT_TRUE(ReadJsonFile(out + "/" + frame + "/report.json", report).ok());
+    return report;
+  }
+  static std::string Mesh(const std::string& out, const std::string& frame) {
+    return ReadBytes(out + "/" + frame + "/mesh.ply");
+  }
+  void Change(const std::string& frame, const std::function<void(v1::FrameReport&)>& change) {
+    v1::FrameReport report = ReportOf(out_, frame);
+    change(report);
+    ASSERT_TRUE(WriteJsonFile(out_ + "/" + frame + "/report.json", report).ok());
+  }
+  // "0001: why", with a star where its inputs changed.
+  std::vector<std::string> Incomplete(const std::vector<v1::FrameState>& states, const std::string& take) {
+    v1::Job job;
+    *job.mutable_spec() = SpecOf(take);
+    job.mutable_spec()->set_out(out_);
+    const auto inputs = LoadDriveInputs(job.spec());
+    const auto list = ListDriveFrames(job.spec(), **inputs);
+    std::vector<v1::FrameInfo> infos(states.size());
+    for (size_t k = 0; k < states.size(); ++k)
+      infos[k].set_frame("000" + std::to_string(k)), infos[k].set_state(states[k]);
+    const auto found = FindIncompleteDriven(**inputs, *list, job, infos);
+    EXPECT_TRUE(found.ok()) << found.status();
+    std::vector<std::string> lines;
+    for (const IncompleteFrame& frame : *found)
+      lines.push_back(infos[frame.position].frame() + ": " + frame.why + (frame.inputs_changed ? "*" : ""));
+    return lines;
+  }
+
+  const TempFolder temp_;
+  const std::string root_ = fs::canonical(temp_.path()).string(), out_ = root_ + "/out";
+  static constexpr v1::FrameState kDone = v1::FRAME_STATE_DONE;
+};
+
+TEST_F(DriveFramesTest, MeshesLieOnTheTruth) {
+  for (const char* frame : {"0000", "0001", "0002"}) {
+    const auto mesh = ReadRegisteredMesh(driven_take->out + "/" + frame + "/mesh.ply");
+    const auto truth = ReadMesh(driven_take->take + "/truth/" + frame + "/mesh.ply");
+    ASSERT_TRUE(mesh.ok() && truth.ok()) << mesh.status() << truth.status();
+    double sum_mm = 0;
+    for (size_t v = 0; v < mesh->vertices_mm.size(); ++v)
+      sum_mm += (mesh->vertices_mm[v] - truth->vertices_mm[v]).norm();
+    EXPECT_LT(sum_mm / static_cast<double>(mesh->vertices_mm.size()), 2) << frame;
+  }
+}
+
+TEST_F(DriveFramesTest, ReportsSayWhatTheDriverKnew) {
+  const auto inputs = LoadDriveInputs(SpecOf(driven_take->take));
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  const StageKeys keys = DriveKeys(SpecOf(driven_take->take), **inputs);
+  ASSERT_EQ(keys.size(), 2);
+  EXPECT_EQ(keys[0].stage(), "decode");
+  EXPECT_EQ(keys[0].version(), AlgorithmVersion(Stage::kDecode));
+  EXPECT_EQ(keys[1].stage(), "drive");
+  EXPECT_EQ(keys[1].version(), kDriveVersion);
+  std::string memory;
+  for (const char* frame : {"0000", "0001", "0002"}) {
+    const v1::FrameReport report = ReportOf(driven_take->out, frame);
+    EXPECT_EQ(report.frame(), frame);
+    EXPECT_EQ(report.state(), kDone);
+    EXPECT_EQ(report.reason(), "");
+    EXPECT_TRUE(AreEqual(report.keys(), keys));
+    EXPECT_EQ(report.inputs().garment(), (*inputs)->garment.ContentHash());
+    EXPECT_EQ(report.inputs().rig(), (*inputs)->rig.ContentHash());
+    EXPECT_TRUE(report.options().frames_alone());
+    EXPECT_FALSE(report.images_fingerprint().empty());
+    EXPECT_FALSE(report.weft_version().empty());
+    EXPECT_EQ(report.views_used(), kCameras);
+    EXPECT_EQ(report.views_missing(), 0);
+    ASSERT_EQ(report.views_size(), kCameras);
+    EXPECT_GT(report.views(2).centers(), 50);
+    EXPECT_GT(report.views(2).bias().observations(), 20);
+    EXPECT_EQ(report.driven().started_anew(), memory.empty());
+    EXPECT_EQ(report.driven().follows(), MemoryChecksum(memory));
+    EXPECT_NE(report.driven().memory(), memory);
+    EXPECT_GT(report.driven().rays(), 200);
+    EXPECT_LT(report.driven().rejected_rays(), report.driven().rays());
+    EXPECT_GT(report.driven().residual_px(), 0);
+    EXPECT_LT(report.driven().residual_px(), 5);
+    EXPECT_GT(report.driven().median_sigma_mm(), 0);
+    EXPECT_EQ(report.mesh().vertices(), static_cast<int>((*inputs)->garment.rest.vertices_mm.size()));
+    EXPECT_EQ(report.stages(0).stage(), "decode");
+    EXPECT_GE(report.stages_size(), 2);
+    EXPECT_GT(report.total_ms(), 0);
+    EXPECT_EQ(report.threads(), 2);
+    ASSERT_EQ(report.files_size(), 1);
+    EXPECT_EQ(report.files(0).name(), "mesh.ply");
+    memory = report.driven().memory();
+  }
+}
+
+TEST_F(DriveFramesTest, CompleteFramesAreKept) {
+  BeginWithAll();
+  const Told told = DriveAll(SpecOf(driven_take->take));
+  EXPECT_THAT(told.lines, ElementsAre("reused 0000", "reused 0001", "reused 0002"));
+  EXPECT_EQ(told.infos[1].state(), kDone);
+  // The driver goes on from what it knew then.
+  fs::remove_all(out_ + "/0002");
+  EXPECT_THAT(DriveAll(SpecOf(driven_take->take)).lines,
+              ElementsAre("reused 0000", "reused 0001", "started 0002", "finished 0002"));
+  EXPECT_TRUE(Mesh(out_, "0002") == Mesh(driven_take->out, "0002"));
+}
+
+TEST_F(DriveFramesTest, FramesBeforeTheAskedOnesAreDrivenAndNotTold) {
+  EXPECT_THAT(DriveAll(SpecOf(driven_take->take), {2}).lines, ElementsAre("started 0002", "finished 0002"));
+  for (const char* frame : {"0000", "0001", "0002"})
+    EXPECT_TRUE(Mesh(out_, frame) == Mesh(driven_take->out, frame)) << frame;
+  fs::remove_all(out_);
+  EXPECT_THAT(DriveAll(SpecOf(driven_take->take), {0}).lines, ElementsAre("started 0000", "finished 0000"));
+  EXPECT_FALSE(fs::exists(out_ + "/0001"));
+  EXPECT_THAT(DriveAll(SpecOf(driven_take->take), {}).lines, IsEmpty());
+}
+
+TEST_F(DriveFramesTest, AFrameThatWasSetAsideIsPassedOver) {
+  BeginWithAll();
+  fs::remove_all(out_ + "/0001");
+  fs::remove_all(out_ + "/0002");
+  fs::create_directories(out_ + "/0001");
+  v1::FrameReport aside;
+  aside.set_frame("0001"), aside.set_state(v1::FRAME_STATE_FAILED), aside.set_set_aside(true);
+  ASSERT_TRUE(FrameFolder::Open(out_, "0001", ConfinedFolder::IfMissing::kMake)->Commit(aside).ok());
+  DriveAll(SpecOf(driven_take->take), {2});
+  EXPECT_TRUE(ReportOf(out_, "0001").set_aside());
+  EXPECT_EQ(ReportOf(out_, "0002").driven().follows(),
+            MemoryChecksum(ReportOf(out_, "0000").driven().memory()));
+  EXPECT_THAT(Incomplete({kDone, v1::FRAME_STATE_FAILED, kDone}, driven_take->take), IsEmpty());
+  EXPECT_THAT(DriveAll(SpecOf(driven_take->take), {1}).lines, ElementsAre("started 0001", "finished 0001"));
+}
+
+TEST_F(DriveFramesTest, OtherPicturesAreDrivenAgainAndWhatFollowsThem) {
+  BeginWithAll();
+  const std::string take = TakeOfOwn();
+  fs::copy_file(take + "/0002/c01.png", take + "/0001/c01.png", fs::copy_options::overwrite_existing);
+  // The copies have times of their own, so that all are other pictures.
+  EXPECT_THAT(DriveAll(SpecOf(take)).lines, ElementsAre("started 0000", "finished 0000", "started 0001",
+                                                        "finished 0001", "started 0002", "finished 0002"));
+  EXPECT_THAT(DriveAll(SpecOf(take)).lines, ElementsAre("reused 0000", "reused 0001", "reused 0002"));
+  WriteBytes(take + "/0001/c01.png", "no picture");
+  const Told told = DriveAll(SpecOf(take));
+  EXPECT_THAT(told.lines,
+              ElementsAre("reused 0000", "started 0001", "finished 0001", "started 0002", "finished 0002"));
+  EXPECT_EQ(told.infos[1].state(), v1::FRAME_STATE_DEGRADED);
+  EXPECT_EQ(told.infos[1].reason(), "1 of 3 cameras have no usable image");
+  EXPECT_EQ(ReportOf(out_, "0001").views_missing(), 1);
+  EXPECT_EQ(ReportOf(out_, "0001").views_used(), 2);
+}
+
+TEST_F(DriveFramesTest, AFrameInTheDarkIsLostAndTheNextFoundAnew) {
+  const std::string take = TakeOfOwn();
+  for (const char* camera : {"c00", "c01", "c02"}) WriteBytes(take + "/0001/" + camera + ".png", "dark");
+  const Told told = DriveAll(SpecOf(take));
+  EXPECT_EQ(told.infos[1].state(), v1::FRAME_STATE_FAILED);
+  EXPECT_THAT(told.infos[1].reason(), HasSubstr("; 3 of 3 cameras have no usable image"));
+  EXPECT_FALSE(fs::exists(out_ + "/0001/mesh.ply"));
+  EXPECT_EQ(ReportOf(out_, "0001").mesh().vertices(), 0);
+  EXPECT_EQ(ReportOf(out_, "0001").driven().median_sigma_mm(), 0);
+  EXPECT_EQ(told.infos[2].state(), kDone);
+  EXPECT_THAT(Incomplete({kDone, v1::FRAME_STATE_FAILED, kDone}, take), IsEmpty());
+  EXPECT_THAT(Incomplete({kDone, kDone, kDone}, take),
+              ElementsAre("0001: is in another state than its report says"));
+  EXPECT_THAT(DriveAll(SpecOf(take)).lines, ElementsAre("reused 0000", "reused 0001", "reused 0002"));
+}
+
+TEST_F(DriveFramesTest, SomeCamerasOfTheRig) {
+  v1::RegistrationSpec spec = SpecOf(driven_take->take);
+  spec.mutable_driving()->add_cameras("c02");
+  spec.mutable_driving()->add_cameras("c00");
+  spec.mutable_options()->set_write_observations(true);
+  BeginWithAll();
+  EXPECT_THAT(DriveAll(spec, {0}).lines, ElementsAre("started 0000", "finished 0000"));
+  const v1::FrameReport report = ReportOf(out_, "0000");
+  ASSERT_EQ(report.views_size(), 2);
+  EXPECT_EQ(report.views(0).camera(), "c00");
+  EXPECT_EQ(report.views(1).camera(), "c02");
+  EXPECT_EQ(report.unknown_cameras_size(), 0);
+  EXPECT_EQ(report.inputs().rig(), ReportOf(driven_take->out, "0000").inputs().rig()) << "of all its cameras";
+  const auto images = ReadObservations(out_ + "/0000/observations.csv");
+  ASSERT_TRUE(images.ok()) << images.status();
+  ASSERT_EQ(images->size(), 2u);
+  EXPECT_EQ((*images)[1].image, "c02");
+  EXPECT_EQ(static_cast<int>((*images)[1].observations.size()),
+            report.views(1).centers() + report.views(1).corners());
+  const auto inputs = LoadDriveInputs(spec);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  const v1::DrivenJob driven = DescribeDriving(spec, **inputs);
+  EXPECT_EQ(driven.avatar(), driven_take->avatar);
+  EXPECT_EQ(driven.avatar_checksum(), ChecksumOfAvatar((*inputs)->avatar.about));
+  EXPECT_THAT(driven.cameras(), ElementsAre("c00", "c02"));
+}
+
+TEST_F(DriveFramesTest, ObservationsThatAreAskedForLaterAreWritten) {
+  BeginWithAll();
+  v1::RegistrationSpec spec = SpecOf(driven_take->take);
+  spec.mutable_options()->set_write_observations(true);
+  EXPECT_THAT(DriveAll(spec, {0}).lines, ElementsAre("started 0000", "finished 0000"));
+  EXPECT_TRUE(fs::exists(out_ + "/0000/observations.csv"));
+  EXPECT_TRUE(Mesh(out_, "0000") == Mesh(driven_take->out, "0000"));
+  EXPECT_THAT(DriveAll(spec, {0}).lines, ElementsAre("reused 0000"));
+}
+
+TEST_F(DriveFramesTest, IncompleteFramesAreFound) {
+  BeginWithAll();
+  EXPECT_THAT(Incomplete({kDone, kDone, kDone}, driven_take->take), IsEmpty());
+  Change("0001", [](v1::FrameReport& report) { report.mutable_driven()->set_follows("0123"); });
+  EXPECT_THAT(Incomplete({kDone, kDone, kDone}, driven_take->take),
+              ElementsAre("0001: does not follow the frame before it"));
+  EXPECT_THAT(Incomplete({v1::FRAME_STATE_WAITING, kDone, kDone}, driven_take->take), IsEmpty())
+      << "nobody knows what it follows";
+  WriteBytes(out_ + "/0000/mesh.ply", "damaged");
+  EXPECT_THAT(Incomplete({kDone, kDone, kDone}, driven_take->take),
+              ElementsAre("0000: is not as this job wrote it"));
+  Change("0002", [](v1::FrameReport& report) { report.set_images_fingerprint("others"); });
+  fs::remove_all(out_ + "/0000");
+  EXPECT_THAT(Incomplete({kDone, kDone, kDone}, driven_take->take),
+              ElementsAre("0000: is not as this job wrote it", "0002: is not as this job wrote it*"));
+  fs::remove_all(out_);
+  EXPECT_EQ(Incomplete({kDone, kDone, kDone}, driven_take->take).size(), 3u);
+}
+
+TEST_F(DriveFramesTest, KeysDifferWhereResultsMay) {
+  v1::RegistrationSpec spec = SpecOf(driven_take->take);
+  const auto inputs = LoadDriveInputs(spec);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  const StageKeys keys = DriveKeys(spec, **inputs);
+  EXPECT_TRUE(AreEqual(keys, DriveKeys(spec, **inputs, DrivePace::kEveryFrame)));
+  EXPECT_FALSE(AreEqual(keys, DriveKeys(spec, **inputs, DrivePace::kLive)));
+  spec.mutable_driving()->set_fps(25);
+  EXPECT_FALSE(AreEqual(keys, DriveKeys(spec, **inputs)));
+  spec = SpecOf(driven_take->take);
+  (*inputs)->rig.cameras.pop_back();
+  EXPECT_FALSE(AreEqual(keys, DriveKeys(spec, **inputs)));
+}
+
+TEST_F(DriveFramesTest, StopsBeforeAndWithinAFrame) {
+  std::stop_source stop;
+  Told told;
+  stop.request_stop();
+  const absl::Status status = Drive(SpecOf(driven_take->take), {0}, out_, told, 1, stop.get_token());
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+  EXPECT_THAT(told.lines, IsEmpty());
+  EXPECT_FALSE(fs::exists(out_ + "/0000"));
+}
+
+TEST_F(DriveFramesTest, ARigInMetresIsRefusedWithBothNames) {
+  Rig rig = *ReadRig(driven_take->take + "/rig.json");
+  for (CameraModel& camera : rig.cameras) camera.translation_mm /= 1000;
+  ASSERT_TRUE(WriteRig(root_ + "/metres.json", rig).ok());
+  v1::RegistrationSpec spec = SpecOf(driven_take->take);
+  spec.set_rig(root_ + "/metres.json");
+  Told told;
+  const absl::Status status = Drive(spec, {0}, out_, told);
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("metres.json"), HasSubstr("in metres"),
+                                                   HasSubstr(driven_take->take + "/template")));
+}
+
+TEST_F(DriveFramesTest, FramesHaveTheTimesOfTheirTakeOrThoseAskedFor) {
+  v1::RegistrationSpec spec = SpecOf(driven_take->take);
+  const auto inputs = LoadDriveInputs(spec);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  auto list = ListDriveFrames(spec, **inputs);
+  ASSERT_TRUE(list.ok()) << list.status();
+  EXPECT_THAT(list->Names(), ElementsAre("0000", "0001", "0002"));
+  ASSERT_EQ(list->time_ns.size(), 3u);
+  EXPECT_EQ(list->time_ns[0], 0);
+  EXPECT_EQ(list->time_ns[2], 66'666'667) << "30 a second";
+  spec.mutable_driving()->set_fps(10);
+  spec.set_first_frame(1);
+  list = ListDriveFrames(spec, **inputs);
+  ASSERT_TRUE(list.ok()) << list.status();
+  EXPECT_THAT(list->Names(), ElementsAre("0001", "0002"));
+  EXPECT_THAT(list->time_ns, ElementsAre(100'000'000, 200'000'000));
+  spec.set_end_frame(9);
+  EXPECT_EQ(ListDriveFrames(spec, **inputs).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE((*inputs)->warnings.empty());
+}
+
+TEST_F(DriveFramesTest, InputsThatDoNotBelongTogetherAreRefused) {
+  const auto why_not = [](auto&& change) {
+    v1::RegistrationSpec spec = SpecOf(driven_take->take);
+    change(spec);
+    return std::string(LoadDriveInputs(spec).status().message());
+  };
+  EXPECT_EQ(why_not([](auto&) {}), "");
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_driving()->clear_avatar(); }),
+              HasSubstr("spec.driving.avatar is empty"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.clear_out(); }), HasSubstr("spec.out is empty"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_driving()->set_fps(-1); }), HasSubstr("--fps"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_driving()->set_fps(INFINITY); }), HasSubstr("--fps"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_driving()->add_cameras("front"); }), HasSubstr("front"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_expected()->set_board("0123"); }),
+              HasSubstr("the board has hash"));
+  EXPECT_THAT(why_not([](auto& spec) { spec.mutable_options()->set_preset("fastest"); }),
+              HasSubstr("fastest"));
+}
+
+TEST(EffectiveDriveOptions, AreThoseOfTheDecodingAlone) {
+  v1::RegistrationOptions asked;
+  asked.set_write_observations(true);
+  const auto options = EffectiveDriveOptions(asked);
+  ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_TRUE(options->frames_alone());
+  EXPECT_TRUE(options->single_pass());
+  EXPECT_TRUE(options->write_observations());
+  EXPECT_TRUE(options->pipeline().has_decode());
+  EXPECT_FALSE(options->pipeline().has_alignment());
+  EXPECT_FALSE(options->pipeline().has_triangulation());
+  asked.set_preset("fastest");
+  EXPECT_FALSE(EffectiveDriveOptions(asked).ok());
+}
+
+// A recording that is replayed slowly enough for every frame.
+class DriveLiveTest : public DriveFramesTest {
+ protected:
+  DriveLiveTest() {
+    request_.spec = SpecOf(driven_take->take);
+    request_.spec.set_out(out_);
+    request_.spec.mutable_driving()->set_fps(20);
+    request_.speed = 0.02;  // 2.5 s from frame to frame
+    request_.threads = 2;
+  }
+  absl::StatusOr<v1::Job> Live() {
+    told_.clear();
+    return DriveLive(
+        request_,
+        [this](const v1::LiveDriving& now, const v1::FrameInfo& info) {
+          told_.push_back(info.frame() + " " + std::to_string(now.frames_arrived()));
+        },
+        stop_.get_token());
+  }
+
+  LiveDriveRequest request_;
+  std::vector<std::string> told_;
+  std::stop_source stop_;
+};
+
+TEST_F(DriveLiveTest, GoesOnAfterTheLastFrameThatHasAResult) {
+  request_.spec.set_end_frame(1);
+  const auto job = Live();
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_THAT(told_, ElementsAre("0000 1"));
+  EXPECT_EQ(job->state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(job->frames().done(), 1);
+  EXPECT_EQ(job->driven().live().frames_arrived(), 1);
+  EXPECT_EQ(job->driven().live().frames_passed_over(), 0);
+  EXPECT_GT(job->driven().live().latency_median_ms(), 0);
+  EXPECT_EQ(job->driven().live().latency_p95_ms(), job->driven().live().latency_median_ms());
+  EXPECT_EQ(job->driven().cameras_size(), kCameras);
+  v1::Job written;
+  ASSERT_TRUE(ReadJsonFile(out_ + "/job.json", written).ok());
+  EXPECT_EQ(written.id(), job->id());
+  EXPECT_EQ(written.driven().live().frames_arrived(), 1);
+  EXPECT_TRUE(fs::exists(out_ + "/report.html"));
+  EXPECT_TRUE(Mesh(out_, "0000") == Mesh(driven_take->out, "0000"));
+  request_.spec.set_end_frame(2);
+  const auto more = Live();
+  ASSERT_TRUE(more.ok()) << more.status();
+  EXPECT_THAT(told_, ElementsAre("0001 1"));
+  EXPECT_EQ(more->frames().done(), 2);
+  EXPECT_EQ(more->frames().reused(), 1);
+  EXPECT_EQ(ReportOf(out_, "0001").driven().follows(),
+            MemoryChecksum(ReportOf(out_, "0000").driven().memory()));
+  const auto none = Live();
+  ASSERT_TRUE(none.ok()) << none.status();
+  EXPECT_THAT(told_, IsEmpty());
+  EXPECT_EQ(none->frames().reused(), 2);
+}
+
+TEST_F(DriveLiveTest, AFastReplayPassesOverFrames) {
+  request_.speed = 1e6;
+  const auto job = Live();
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->driven().live().frames_arrived(), 3);
+  EXPECT_EQ(job->driven().live().frames_passed_over() + job->frames().total(), 3);
+  EXPECT_GE(job->driven().live().frames_passed_over(), 1);
+  EXPECT_TRUE(fs::exists(out_ + "/0002/mesh.ply")) << "the newest";
+}
+
+TEST_F(DriveLiveTest, ResultsOfAnotherRunAreNotGoneOnWith) {
+  BeginWithAll();
+  const absl::Status status = Live().status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()),
+              AllOf(HasSubstr("holds frame 0000 of another run"), HasSubstr("without --live")));
+}
+
+TEST_F(DriveLiveTest, StoppedEndsWell) {
+  stop_.request_stop();
+  const auto job = Live();
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->frames().total(), 0);
+  EXPECT_FALSE(fs::exists(out_ + "/0000"));
+  EXPECT_TRUE(fs::exists(out_ + "/job.json"));
+}
+
+TEST_F(DriveLiveTest, OptionsThatDoNotGoTogetherAreRefused) {
+  request_.speed = 0;
+  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("--speed must be positive"));
+  request_.speed = 2;
+  request_.session_file = root_ + "/session.json";
+  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("it is for recordings"));
+  request_.speed = 1;
+  request_.spec.set_first_frame(1);
+  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("still to come"));
+  request_.spec.set_first_frame(0);
+  request_.spec.set_out(driven_take->take + "/out");
+  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("lies in the folder of"));
+}
+
+TEST(LiveDrivingText, IsOneLine) {
+  v1::LiveDriving live;
+  live.set_latency_median_ms(91.6), live.set_latency_p95_ms(141.2), live.set_frames_per_s(11.42);
+  live.set_frames_passed_over(60), live.set_frames_arrived(180);
+  EXPECT_EQ(LiveDrivingText(live),
+            "latency 92 ms (median), 141 ms (95 %), 11.4 frames/s, 60 of 180 passed over");
+}
+
+}  // namespace
+}  // namespace weft
