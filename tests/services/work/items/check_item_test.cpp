@@ -173,5 +173,41 @@ TEST_F(ItemContent, HasTheNameOfItsPath) {
   EXPECT_TRUE(CheckItemName(ItemNameOfPath("/" + std::string(150, '_'))).ok());
 }
 
+TEST(InputPathOf, IsTheFileOfWhatIsOne) {
+  v1::ItemManifest one, two;
+  one.add_files()->set_path("a.png");
+  two.add_files()->set_path("a.png");
+  two.add_files()->set_path("b.json");
+  for (const v1::ItemKind kind : {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_GARMENT})
+    EXPECT_EQ(InputPathOf(kind, one, "/item"), "/item/a.png") << kind;
+  for (const v1::ItemKind kind : {v1::ITEM_KIND_TEMPLATE, v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR})
+    EXPECT_EQ(InputPathOf(kind, one, "/item"), "/item") << kind;
+  EXPECT_EQ(InputPathOf(v1::ITEM_KIND_BOARD, two, "/item"), "/item/b.json");
+  EXPECT_EQ(InputPathOf(v1::ITEM_KIND_GARMENT, two, "/item"), "/item");
+}
+
+TEST_F(ItemContent, OfAGarmentIsEachOfItsMeshes) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  WriteBytes(folder_ / "walk/0001.obj", obj);
+  WriteBytes(folder_ / "walk/0002.obj", obj);
+  EXPECT_TRUE(Check(v1::ITEM_KIND_GARMENT, "walk").ok()) << Check(v1::ITEM_KIND_GARMENT, "walk");
+  WriteBytes(folder_ / "walk/0002.obj", "no mesh");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_GARMENT, "walk"), HasSubstr("0002.obj"));
+  v1::ItemManifest manifest;
+  manifest.add_files()->set_path("notes.txt");
+  EXPECT_THAT(std::string(CheckItemContent(v1::ITEM_KIND_GARMENT, manifest, folder_.path()).message()),
+              HasSubstr("notes.txt is neither .obj nor .ply"));
+}
+
+TEST_F(ItemContent, OfARigIsOneFile) {
+  WriteBytes(folder_ / "rig.json", "{\"cameras\": 7}");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_RIG, "rig.json"), HasSubstr("rig.json"));
+  v1::ItemManifest manifest;
+  manifest.add_files()->set_path("rig.json");
+  manifest.add_files()->set_path("more.json");
+  EXPECT_EQ(CheckItemContent(v1::ITEM_KIND_RIG, manifest, folder_.path()).message(),
+            "manifest.files: a rig is one rig.json, 2 files are given");
+}
+
 }  // namespace
 }  // namespace weft

@@ -68,5 +68,56 @@ TEST(ItemReference, IsANameAVersionOrAHash) {
   }
 }
 
+TEST(ItemManifest, HasAnIdThatAnybodyCanCompute) {
+  // Of "ba78...15ad 3 a\nba78...15ad 3 b/c\n", by sha256sum.
+  EXPECT_EQ(ItemIdOf(ManifestOf({"b/c", "a"})),
+            "f4b79bb3a9f9c9afb4fe46229d83c1ba88b1059433489000437c5b65cc8be6cb");
+}
+
+TEST(ItemManifest, CountsBytesAndFindsFiles) {
+  v1::ItemManifest manifest = ManifestOf({"a", "b/c"});
+  manifest.mutable_files(1)->set_bytes(int64_t{1} << 40);
+  EXPECT_EQ(BytesOf(manifest), 3 + (int64_t{1} << 40));
+  ASSERT_NE(FindFile(manifest, "b/c"), nullptr);
+  EXPECT_EQ(FindFile(manifest, "b/c"), &manifest.files(1));
+  EXPECT_EQ(FindFile(manifest, "b"), nullptr);
+}
+
+TEST(ItemManifest, PathsHaveLimits) {
+  const std::string part(199, 'x');
+  const std::string long_path =
+      part + "/" + part + "/" + part + "/" + part + "/" + part + "/";  // 1,000 bytes
+  EXPECT_TRUE(CheckItemPath(long_path + std::string(24, 'y')).ok());
+  EXPECT_THAT(std::string(CheckItemPath(long_path + std::string(25, 'y')).message()),
+              HasSubstr("has 1025 bytes, at most 1024"));
+  EXPECT_TRUE(CheckItemPath(std::string(200, 'x')).ok());
+  EXPECT_THAT(std::string(CheckItemPath(std::string(201, 'x')).message()), HasSubstr("more than 200 bytes"));
+  EXPECT_TRUE(CheckItemPath("a/b/c/d/e/f/g/h").ok());
+  EXPECT_THAT(std::string(CheckItemPath("a/b/c/d/e/f/g/h/i").message()),
+              HasSubstr("lies 9 folders deep, at most 8"));
+}
+
+TEST(ItemManifest, NumbersHaveLimits) {
+  v1::ItemManifest manifest = ManifestOf({"a", "b"});
+  manifest.mutable_files(0)->set_bytes((int64_t{1} << 50) - 3);
+  EXPECT_TRUE(CheckManifest(manifest).ok()) << CheckManifest(manifest);
+  manifest.mutable_files(1)->set_bytes(4);
+  EXPECT_THAT(std::string(CheckManifest(manifest).message()), HasSubstr("impossible size, 4 bytes"));
+  manifest.mutable_files(1)->set_bytes(0);
+  EXPECT_TRUE(CheckManifest(manifest).ok());
+  v1::ItemManifest many;
+  for (int k = 0; k < kMaxItemFiles; ++k) *many.add_files() = ManifestOf({std::to_string(k)}).files(0);
+  EXPECT_TRUE(CheckManifest(many).ok());
+  *many.add_files() = ManifestOf({"more"}).files(0);
+  EXPECT_THAT(std::string(CheckManifest(many).message()), HasSubstr("100001 files, at most 100000"));
+}
+
+TEST(ItemManifest, AFileIsNoFolderAtAnyDepth) {
+  for (const char* file : {"a", "a/b", "a/b/c"})
+    EXPECT_THAT(std::string(CheckManifest(ManifestOf({"a/b/c/d", file})).message()),
+                HasSubstr(std::string("\"") + file + "\" is a file and a folder"));
+  EXPECT_TRUE(CheckManifest(ManifestOf({"a/b/c/d", "ab", "a/bc", "a/b/cd"})).ok());
+}
+
 }  // namespace
 }  // namespace weft

@@ -38,5 +38,16 @@ TEST(Sha256, LinksAreNotFollowed) {
   EXPECT_FALSE(Sha256OfFile(folder / "none").ok());
 }
 
+TEST(Sha256, FilesOfMoreThanOnePieceAreHashedWhole) {
+  const TempFolder folder;
+  WriteBytes(folder / "file", std::string(3'000'000, 'a'));
+  size_t bytes = 0;
+  // By sha256sum.
+  EXPECT_EQ(*Sha256OfFile(folder / "file", [&](size_t more) { bytes += more; }),
+            "2a152c894398719c0570f83fac34ac03a0f6e8e474b995c2403aa5434f7b9dd4");
+  EXPECT_EQ(bytes, 3'000'000u);
+  EXPECT_FALSE(Sha256OfFile(folder.path()).ok()) << "a folder";
+}
+
 }  // namespace
 }  // namespace weft
