@@ -74,7 +74,6 @@ class StreamOfVideo {
                                    ReasonOfGap(import_, camera_, set));
     WEFT_ASSIGN_OR_RETURN(Frame frame, FrameAt(wanted));
     WEFT_ASSIGN_OR_RETURN(RawFrame raw, ToRawFrame(frame));
-    raw.camera_id = import_.videos[camera_].camera();
     raw.device_time_ns = Nanoseconds(import_.times_s[camera_][static_cast<size_t>(wanted)]);
     raw.device_frame_id = static_cast<uint64_t>(wanted);
     return stream_.Append(set, raw);

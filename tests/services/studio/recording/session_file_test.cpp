@@ -5,6 +5,7 @@
 
 #include "services/formats/files/json_file.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/studio/recording/recorded_pattern.h"
 
 namespace weft {
 namespace {
@@ -95,6 +96,131 @@ TEST(SessionFile, RefusesOneDeviceForTwoCameras) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(std::string(status.message()),
             "session.json: cameras[1] (id b): the device 192.168.7.12 is that of camera a already");
+}
+
+TEST(SessionFile, EveryFieldOfASetBecomesAnOption) {
+  v1::Session session = TwoCameras();
+  const LiveRecordingOptions usual = *RecordingOptionsOf(session);
+  EXPECT_EQ(usual.sets.period_ns, 0);
+  EXPECT_EQ(usual.sets.max_wait_ns, 500'000'000);
+  EXPECT_EQ(usual.sets.start_wait_ns, 5'000'000'000);
+  EXPECT_FALSE(usual.sets.drop_incomplete);
+  EXPECT_FALSE(usual.recorder.take.stream.compress);
+  EXPECT_EQ(usual.recorder.queue_bytes, RecorderOptions().queue_bytes);
+  EXPECT_EQ(usual.recorder.low_disk_bytes, RecorderOptions().low_disk_bytes);
+  EXPECT_EQ(usual.trigger.kind, TriggerKind::kFreeRun);
+  session.set_fps(50);
+  session.set_tolerance_ms(1.5);
+  session.set_max_wait_ms(120);
+  session.set_drop_incomplete(true);
+  session.set_compress(true);
+  session.set_queue_mib(3);
+  session.set_low_disk_gib(0.5);
+  session.set_clocks(v1::SESSION_CLOCKS_ESTIMATED);
+  const LiveRecordingOptions options = *RecordingOptionsOf(session);
+  EXPECT_EQ(options.sets.period_ns, 20'000'000);
+  EXPECT_EQ(options.sets.tolerance_ns, 1'500'000);
+  EXPECT_EQ(options.sets.max_wait_ns, 120'000'000);
+  EXPECT_TRUE(options.sets.drop_incomplete);
+  EXPECT_EQ(options.sets.clocks, ClockDomain::kEstimated);
+  EXPECT_TRUE(options.recorder.take.stream.compress);
+  EXPECT_EQ(options.recorder.queue_bytes, 3u << 20);
+  EXPECT_EQ(options.recorder.low_disk_bytes, 1u << 29);
+}
+
+TEST(SessionFile, TheTriggerIsTheSessions) {
+  v1::Session session = TwoCameras();
+  session.set_fps(50);
+  v1::SessionTrigger& trigger = *session.mutable_trigger();
+  for (const auto& [field, kind] : {std::pair{v1::SESSION_TRIGGER_KIND_SOFTWARE, TriggerKind::kSoftware},
+                                    std::pair{v1::SESSION_TRIGGER_KIND_LINE, TriggerKind::kLine},
+                                    std::pair{v1::SESSION_TRIGGER_KIND_ACTION, TriggerKind::kAction}}) {
+    trigger.set_kind(field);
+    EXPECT_EQ(RecordingOptionsOf(session)->trigger.kind, kind);
+  }
+  TriggerOptions options = RecordingOptionsOf(session)->trigger;
+  EXPECT_EQ(options.keys.device_key, 1u);
+  EXPECT_EQ(options.keys.group_key, 1u);
+  EXPECT_EQ(options.keys.group_mask, 1u);
+  EXPECT_EQ(options.period_ns, 20'000'000);
+  EXPECT_EQ(options.lead_ns, 20'000'000);
+  EXPECT_EQ(options.clocks, ClockDomain::kShared);
+  trigger.set_device_key(2);
+  trigger.set_group_key(3);
+  trigger.set_group_mask(4);
+  trigger.set_lead_ms(1.25);
+  options = RecordingOptionsOf(session)->trigger;
+  EXPECT_EQ(options.keys.device_key, 2u);
+  EXPECT_EQ(options.keys.group_key, 3u);
+  EXPECT_EQ(options.keys.group_mask, 4u);
+  EXPECT_EQ(options.lead_ns, 1'250'000);
+  trigger.set_lead_ms(-1);
+  EXPECT_THAT(FaultOf(session), HasSubstr("lead_ms must not be negative"));
+}
+
+// Hardware lines reach cameras of this machine too.
+TEST(SessionFile, CamerasOfThisMachineMayFollowALine) {
+  v1::Session session = TwoCameras();
+  session.set_fps(30);
+  v1::SessionCamera& camera = *session.add_cameras();
+  camera.set_id("usb");
+  camera.mutable_v4l2()->set_device("/dev/video0");
+  session.mutable_trigger()->set_kind(v1::SESSION_TRIGGER_KIND_LINE);
+  EXPECT_TRUE(RecordingOptionsOf(session).ok());
+}
+
+TEST(SessionFile, RefusesNumbersBelowZero) {
+  v1::Session session = TwoCameras();
+  session.set_tolerance_ms(-1);
+  EXPECT_THAT(FaultOf(session), HasSubstr("tolerance_ms must not be negative"));
+  session = TwoCameras();
+  session.set_queue_mib(-1);
+  EXPECT_THAT(FaultOf(session), HasSubstr("queue_mib must not be negative"));
+}
+
+TEST(SessionFile, ReplaysAreFoundBesideTheFile) {
+  const TempFolder folder;
+  v1::Session session;
+  for (const auto& [id, take] :
+       {std::pair{"a", "takes/../take"}, std::pair{"b", "/takes/b"}, std::pair{"c", "take:0f"}}) {
+    v1::SessionCamera& camera = *session.add_cameras();
+    camera.set_id(id);
+    camera.mutable_replay()->set_take(take);
+  }
+  session.mutable_cameras(0)->mutable_replay()->set_speed(-1);
+  EXPECT_THAT(FaultOf(session), HasSubstr("(id a): the field replay.speed is negative"));
+  session.mutable_cameras(0)->mutable_replay()->clear_speed();
+  session.mutable_cameras(1)->mutable_replay()->clear_take();
+  EXPECT_THAT(FaultOf(session), HasSubstr("(id b): the field replay.take is missing"));
+  session.mutable_cameras(1)->mutable_replay()->set_take("/takes/b");
+  ASSERT_TRUE(WriteJsonFile(folder / "session.json", session).ok());
+  const auto read = ReadSession(folder / "session.json");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_THAT(ReplayedTakesOf(*read), ::testing::ElementsAre(folder / "take", "/takes/b", "take:0f"));
+  EXPECT_TRUE(DevicesOf(*read).empty());
+  session = TwoCameras();
+  session.add_cameras()->mutable_v4l2()->set_device("/dev/video0");
+  EXPECT_THAT(DevicesOf(session), ::testing::ElementsAre("/dev/video0", "192.168.1.11", "192.168.1.12"));
+  EXPECT_TRUE(ReplayedTakesOf(session).empty());
+}
+
+// Two cameras of one take, and one of it at another speed.
+TEST(SessionFile, OpensReplaysOfOneTakeTogether) {
+  const TempFolder folder;
+  PatternFrames frames({"left", "right"}, 64, 48);
+  RecordPattern(folder / "take", frames);
+  v1::Session session;
+  for (const char* id : {"left", "right"}) {
+    v1::SessionCamera& camera = *session.add_cameras();
+    camera.set_id(id);
+    camera.mutable_replay()->set_take(folder / "take");
+  }
+  const auto cameras = OpenCameras(session);
+  ASSERT_TRUE(cameras.ok()) << cameras.status();
+  ASSERT_EQ(cameras->size(), 2u);
+  EXPECT_EQ((*cameras)[1]->camera_id(), "right");
+  session.mutable_cameras(1)->mutable_replay()->set_take(folder / "nothing");
+  EXPECT_THAT(std::string(OpenCameras(session).status().message()), HasSubstr("camera right: "));
 }
 
 }  // namespace

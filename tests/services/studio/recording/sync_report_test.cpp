@@ -159,5 +159,85 @@ TEST(SyncReport, CountsJumpsThatTheReadingsShow) {
   EXPECT_FALSE(IsClockJump(before, after)) << "an answer that took long";
 }
 
+TEST(SyncReport, DescribesTheClockByItsReadings) {
+  const SyncedTake take(true);
+  const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(take.path());
+  ASSERT_TRUE(analysis.ok()) << analysis.status();
+  const v1::CameraClock& clock = analysis->report.clocks(1);
+  EXPECT_EQ(clock.camera(), "b");
+  EXPECT_EQ(clock.readings(), 8u);
+  EXPECT_NEAR(clock.minus_host_first_ms(), 5000, 1e-3);
+  EXPECT_NEAR(clock.minus_host_last_ms(), 5000 + 3500 / 20e3 - 3200, 1e-3);  // 50 ppm of 3.5 s, and the jump
+  EXPECT_DOUBLE_EQ(clock.uncertainty_ms(), 0.1);
+  EXPECT_NEAR(clock.ptp_offset_worst_us(), 0.3, 1e-9);
+  ASSERT_EQ(analysis->series[1].clock_ms.size(), 8u);
+  EXPECT_EQ(analysis->series[1].clock_ms[0], 0);
+  EXPECT_NEAR(analysis->series[1].clock_ms[1], 0.025, 1e-3);  // 50 ppm of half a second
+  EXPECT_TRUE(std::isnan(analysis->series[1].ptp_us[1]));     // it did not follow yet
+  EXPECT_DOUBLE_EQ(analysis->series[1].ptp_us[2], 0.3);
+  EXPECT_EQ(analysis->set_names.front(), "0000");
+  EXPECT_EQ(analysis->set_names.size(), 40u);
+  EXPECT_THAT(analysis->report.findings(), Contains(HasSubstr("the clocks were not synchronized")));
+  EXPECT_NEAR(analysis->report.spread_worst_ms(), 2, 0.2);
+}
+
+v1::SyncReport ReportOfOneCamera() {
+  v1::SyncReport report;
+  report.set_path("/t");
+  report.set_sets(2000);
+  report.set_sets_complete(1999);
+  report.set_sets_dropped(3);
+  report.set_spread_median_ms(0.5);
+  report.set_spread_worst_ms(1.25);
+  v1::TakeTiming& timing = *report.add_timing();
+  timing.set_camera("c01");
+  timing.set_frames(1999);
+  timing.set_missing(1);
+  timing.set_offset_mean_ms(0.25);
+  timing.set_offset_jitter_ms(0.125);
+  timing.set_offset_worst_ms(1);
+  v1::CameraClock& clock = *report.add_clocks();
+  clock.set_camera("c01");
+  clock.set_readings(2);
+  clock.set_drift_ppm(1.5);
+  return report;
+}
+
+TEST(SyncReport, TextHasALineForEachCamera) {
+  v1::SyncReport report = ReportOfOneCamera();
+  EXPECT_THAT(SyncReportText(report),
+              HasSubstr("/t: 2,000 frame sets, 1,999 of them complete, 3 dropped\n"
+                        "between the cameras of a set: 0.5000 ms in the median, 1.2500 ms at worst\n"));
+  EXPECT_THAT(SyncReportText(report), HasSubstr("c01        1999        1     0.2500     0.1250    1.0000    "
+                                                "  1.50      0           -           -  -\n"));
+  report.mutable_clocks(0)->set_readings(1);
+  EXPECT_THAT(SyncReportText(report), HasSubstr("1.0000         -      0"));
+  report.mutable_clocks(0)->add_ptp_states("Slave");
+  report.mutable_clocks(0)->set_ptp_offset_rms_us(0.25);
+  report.mutable_clocks(0)->set_ptp_offset_worst_us(0.5);
+  report.mutable_take()->set_sync("free run");
+  report.add_findings("of a clock");
+  EXPECT_THAT(SyncReportText(report), HasSubstr("      0.250       0.500  Slave\n"));
+  EXPECT_THAT(SyncReportText(report), HasSubstr("dropped\nfree run\nbetween"));
+  EXPECT_THAT(SyncReportText(report), HasSubstr("finding: of a clock\n"));
+}
+
+TEST(SyncReport, NamesCamerasWithoutTriggerAndWithoutReadings) {
+  const SyncedTake take(false);
+  v1::Take described = ReadTakeFile(take.path()).value();
+  for (const char* id : {"a", "b", "c"}) described.add_cameras()->set_id(id);
+  described.mutable_cameras(2)->set_unsynchronized(true);
+  described.mutable_cameras(1)->set_clock_problem("it reads 0");
+  ASSERT_TRUE(WriteTakeFile(take.path(), described).ok());
+  const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(take.path());
+  ASSERT_TRUE(analysis.ok()) << analysis.status();
+  EXPECT_EQ(analysis->report.clocks(1).problem(), "it reads 0");
+  EXPECT_EQ(analysis->report.clocks(1).readings(), 0u);
+  EXPECT_THAT(analysis->report.findings(),
+              Contains(HasSubstr("camera c: unsynchronized, up to 2.0 ms from the time of its set")));
+  EXPECT_THAT(analysis->report.findings(),
+              Contains(HasSubstr("camera b: its clock cannot be read, it reads 0")));
+}
+
 }  // namespace
 }  // namespace weft
