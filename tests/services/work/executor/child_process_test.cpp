@@ -3,8 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
 
 #include "services/ground/process/exit_status.h"
+#include "services/work/executor/process_record.h"
+#include "tests/capture/temp_folder.h"
 
 namespace weft {
 namespace {
@@ -76,6 +83,67 @@ TEST(ChildProcess, NamesAProgramThatDoesNotExist) {
   const auto child = ChildProcess::Spawn("/no/such/program", {});
   EXPECT_EQ(child.status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(child.status().message()), ::testing::HasSubstr("/no/such/program"));
+}
+
+TEST(LineSplitter, CutsALineAtItsLimitAndKeepsOneOfThatLength) {
+  LineSplitter lines;
+  const std::string longest(LineSplitter::kMaxLineBytes, 'x');
+  EXPECT_THAT(lines.Add(longest + "\n"), ElementsAre(longest));
+  EXPECT_THAT(lines.Add(longest + "y\nnext\n"), ElementsAre(longest, "next"));
+  EXPECT_THAT(lines.Add(longest + "y"), ElementsAre());
+  EXPECT_EQ(lines.TakeRest(), longest);
+  EXPECT_THAT(lines.Add("after\n"), ElementsAre("after"));
+}
+
+TEST(ChildProcess, StartsInItsFolderWithItsInput) {
+  const TempFolder folder;
+  WriteBytes(folder / "words", "some words");
+  EXPECT_EQ(RunToEnd("pwd; cat", {.folder = folder.path(), .input = folder / "words"}).out,
+            folder.path() + "\nsome words");
+}
+
+TEST(ChildProcess, IsRecordedUntilItIsReaped) {
+  const TempFolder folder;
+  absl::StatusOr<ChildProcess> child =
+      ChildProcess::Spawn("/bin/sh", {"-c", "sleep 60"}, {.record_folder = folder / "processes"});
+  ASSERT_TRUE(child.ok()) << child.status();
+  EXPECT_THAT(FindRecorded(folder / "processes"), ElementsAre(child->pid()));
+  child->Signal(SIGTERM);
+  EXPECT_EQ(DescribeExit(child->Reap()).substr(0, 16), "killed by signal");
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "processes"));
+  EXPECT_LT(child->pid(), 0);
+}
+
+// The shell's own child is of the same group.
+TEST(ChildProcess, EndsWhatItStartedToo) {
+  pid_t grandchild = 0;
+  {
+    absl::StatusOr<ChildProcess> child = ChildProcess::Spawn("/bin/sh", {"-c", "sleep 60 & echo $!; wait"});
+    ASSERT_TRUE(child.ok()) << child.status();
+    pollfd readable = {child->out_fd(), POLLIN, 0};
+    ASSERT_EQ(poll(&readable, 1, 20'000), 1);
+    grandchild = std::stoi(child->ReadOut());
+    EXPECT_EQ(kill(grandchild, 0), 0);
+    const ChildProcess moved = *std::move(child);  // what is left behind owns nothing
+  }
+  // Whoever adopts it reaps it a moment later; until then it is a zombie.
+  const std::string status = "/proc/" + std::to_string(grandchild) + "/stat";
+  const auto runs = [&] {
+    const std::string line = ReadBytes(status);
+    return !line.empty() && line.find(") Z") == std::string::npos && line.find(") X") == std::string::npos;
+  };
+  for (int k = 0; k < 200 && runs(); ++k) usleep(10'000);
+  EXPECT_FALSE(runs());
+}
+
+TEST(ChildProcess, NoPermissionIsToldFromNoProgram) {
+  const TempFolder folder;
+  WriteBytes(folder / "text", "no program");
+  EXPECT_EQ(ChildProcess::Spawn(folder / "text", {}).status().code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_EQ(ChildProcess::Spawn(folder / "text/more", {}).status().code(), absl::StatusCode::kNotFound);
+  std::filesystem::permissions(folder / "text", std::filesystem::perms::owner_all);
+  EXPECT_EQ(ChildProcess::Spawn(folder / "text", {}).status().code(), absl::StatusCode::kPermissionDenied)
+      << "of no format that runs";
 }
 
 }  // namespace
