@@ -234,5 +234,78 @@ TEST_F(SlurmExecutorTest, StopAllLeavesWhatIsNotConfirmed) {
   EXPECT_THAT(Lines("scancel.log"), ::testing::Not(IsEmpty()));
 }
 
+TEST_F(SlurmExecutorTest, TellsHowItsTasksAreShaped) {
+  Begin([](SlurmOptions& options) { options.frames_per_task = 7; });
+  EXPECT_EQ(executor_->slots(), 1000);
+  EXPECT_EQ(executor_->shape().parallel, 64) << "where nothing limits them";
+  EXPECT_EQ(executor_->shape().least_frames, 7u);
+  EXPECT_EQ(executor_->shape().most_frames, 7u);
+  EXPECT_TRUE(executor_->shape().is_queued);
+  EXPECT_EQ(executor_->LogFolder("j"), path_ + "/shared/jobs/j");
+  executor_.reset();
+  Begin([](SlurmOptions& options) { options.tasks = 3; });
+  EXPECT_EQ(executor_->shape().parallel, 3);
+}
+
+TEST_F(SlurmExecutorTest, RefusesTasksThatItCannotName) {
+  Begin();
+  v1::Task task;
+  const auto start = [&](const std::string& id, const std::string& job) {
+    task.set_id(id), task.set_job_id(job);
+    return executor_->Start(task, ListenerOf("refused"));
+  };
+  for (const std::string& name :
+       {std::string(), std::string("."), std::string("a/b"), std::string("a\0b", 3), std::string(200, 'a')}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(start(name, "job"))) << name;
+    EXPECT_TRUE(absl::IsInvalidArgument(start("a.1", name))) << name;
+  }
+  Write("hold", "x");
+  EXPECT_TRUE(start(std::string(199, 'a'), "job").ok());
+  EXPECT_TRUE(absl::IsAlreadyExists(start(std::string(199, 'a'), "job")));
+  executor_->StopAll();
+  EXPECT_EQ(start("a.2", "job"), absl::UnavailableError("the executor is shutting down"));
+}
+
+TEST_F(SlurmExecutorTest, WordsForSbatchAreThoseOfOptionsAndJob) {
+  Begin([](SlurmOptions& options) {
+    options.cpus_per_task = 6, options.memory_mib = 900, options.account = "lab", options.qos = "high";
+  });
+  v1::Task task;
+  task.set_id("a.1"), task.set_job_id("job"), task.set_priority(30);
+  task.mutable_spec()->set_out(path_ + "/out");
+  task.add_frames("f1");
+  ASSERT_TRUE(executor_->Start(task, ListenerOf("a.1")).ok());
+  EXPECT_TRUE(WaitForEnd("a.1").end->clean);
+  const std::string words = Read("sbatch.log");
+  for (const char* word :
+       {"--parsable --array=0-0 ", "--open-mode=append", "--chdir=/",
+        "--nodes=1 --ntasks=1 --cpus-per-task=6 ", "--mem=900M --nice=70 ", "--account=lab --qos=high "})
+    EXPECT_THAT(words, HasSubstr(word));
+  EXPECT_THAT(words, HasSubstr("--comment=weft:" + Lines("shared/executor").front() + " "));
+  EXPECT_THAT(words, HasSubstr("/shared/jobs/job/"));
+  EXPECT_THAT(words, HasSubstr("-1/log-%a "));
+  for (const char* word : {"--time=", "--partition="}) EXPECT_FALSE(absl::StrContains(words, word)) << word;
+  Start("a.2", {"f1"});  // without a priority
+  WaitForEnd("a.2");
+  EXPECT_THAT(Lines("sbatch.log").back(), HasSubstr("--nice=100 "));
+  EXPECT_THAT(Lines("sbatch.log").back(), HasSubstr("-2/log-%a "));
+}
+
+TEST_F(SlurmExecutorTest, ATaskThatNeededMoreMemoryGetsMoreTheNextTime) {
+  Write("hold", "x");
+  SlurmSays("OUT_OF_MEMORY");
+  Begin();
+  Start("a.1", {"f1"});
+  EXPECT_THAT(WaitForEnd("a.1").end->reason, HasSubstr("used more than its 4096 MiB"));
+  std::filesystem::remove(path_ + "/hold");
+  Write("squeue.json", kNoJobs);
+  Start("a.2", {"f1"});
+  EXPECT_TRUE(WaitForEnd("a.2").end->clean);
+  EXPECT_THAT(Lines("sbatch.log").back(), HasSubstr("--mem=6144M"));
+  Start("b.1", {"f1"}, "another");
+  EXPECT_TRUE(WaitForEnd("b.1").end->clean);
+  EXPECT_THAT(Lines("sbatch.log").back(), HasSubstr("--mem=4096M"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -78,5 +78,55 @@ TEST(SlurmCommands, NamesTheCommandThatIsMissing) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("sbatch"));
 }
 
+TEST(SlurmOptions, EveryOptionHasItsLimits) {
+  const auto is_valid = [](auto change) {
+    SlurmOptions options = Usable();
+    change(options);
+    return options.Validate().ok();
+  };
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.folder = ""; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.tasks = 100'000; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.tasks = 100'001; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.tasks = 0; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.tasks = -1; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.frames_per_task = 100'000; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.frames_per_task = 1; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.frames_per_task = 100'001; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.cpus_per_task = 1024; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.cpus_per_task = 1025; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.cpus_per_task = 0; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.memory_mib = int64_t{1} << 30; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.memory_mib = (int64_t{1} << 30) + 1; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.memory_mib = -1; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.time_limit_min = 525'600; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.time_limit_min = 525'601; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.time_limit_min = -1; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.scratch_mib = 1; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.scratch_mib = 0; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.scratch_mib = int64_t{1} << 30; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.scratch_mib = (int64_t{1} << 30) + 1; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.scratch_folder = "/tmp"; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.scratch_folder = "tmp"; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.lag_s = 0; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.lag_s = 3600; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.lag_s = 3600.5; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.query_s = 3600; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.query_s = 3600.5; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.worker_program = ""; }));
+  EXPECT_TRUE(is_valid([](SlurmOptions& o) { o.extra = {"--constraint=ssd", "--exclusive"}; }));
+  EXPECT_FALSE(is_valid([](SlurmOptions& o) { o.extra = {"--constraint=a\nb"}; }));
+  for (const char* own : {"--output=x", "--hold", "--dependency=singleton", "--clusters=all", "--wait"})
+    EXPECT_FALSE(is_valid([&](SlurmOptions& o) { o.extra = {"--exclusive", own}; })) << own;
+}
+
+TEST(PathMap, NeedsTwoAbsolutePaths) {
+  for (const char* wrong : {"/a=b", "a=/b", "=/b", "/a="})
+    EXPECT_FALSE(PathMap::Create({wrong}).ok()) << wrong;
+  EXPECT_EQ(PathMap::Create({"/=/root/"})->OnNodes("/"), "/root");
+  EXPECT_EQ(PathMap::Create({"/a=/b", "/a/c=/d"})->OnNodes("/a/c"), "/d");
+  EXPECT_EQ(PathMap::Create({"/a/c=/d", "/a=/b"})->OnNodes("/a/c/e"), "/d/e");
+  EXPECT_EQ(PathMap::Create({"/a=/b=c"})->OnNodes("/a/x"), "/b=c/x");
+}
+
 }  // namespace
 }  // namespace weft

@@ -158,5 +158,170 @@ TEST(ParseArrayIndexes, ReadsListsRangesAndSteps) {
   }
 }
 
+TEST(HasEnded, IsFalseOfEveryStateThatGoesOn) {
+  for (const char* going : {"PENDING", "CONFIGURING", "RUNNING", "COMPLETING", "SUSPENDED", "STOPPED",
+                            "REQUEUED", "REQUEUE_HOLD", "RESIZING", "SIGNALING", "STAGE_OUT"})
+    EXPECT_FALSE(HasEnded(going)) << going;
+  for (const char* ended : {"COMPLETED", "FAILED", "TIMEOUT", "OUT_OF_MEMORY", "CANCELLED", "A_NEW_ONE", ""})
+    EXPECT_TRUE(HasEnded(ended)) << ended;
+}
+
+// The only record of such an answer.
+SlurmRecord RecordOf(const std::string& fields) {
+  const auto records = ParseSqueue(absl::StrCat(R"({"jobs": [{)", fields, R"(}], "errors": []})"));
+  EXPECT_TRUE(records.ok()) << records.status();
+  return records.ok() && records->size() == 1 ? records->front() : SlurmRecord();
+}
+
+TEST(ParseSqueue, ReadsAllThatIsWanted) {
+  const SlurmRecord record = RecordOf(R"("job_id": 12, "array_job_id": 10, "array_task_id": 2,
+    "array_task_string": "3-4", "job_state": "FAILED", "state_reason": "NonZeroExitCode", "batch_host": "w3",
+    "comment": "weft:tag", "name": "weft-job", "exit_code": 256, "submit_time": 11, "start_time": 13,
+    "end_time": 17)");
+  EXPECT_EQ(record.fault, "");
+  EXPECT_EQ(record.job_id, 12);
+  EXPECT_EQ(record.array_id, 10);
+  EXPECT_EQ(record.index, 2);
+  EXPECT_TRUE(record.waiting.empty()) << "an element that has begun waits for nothing";
+  EXPECT_EQ(record.state, "FAILED");
+  EXPECT_EQ(record.reason, "NonZeroExitCode");
+  EXPECT_EQ(record.node, "w3");
+  EXPECT_EQ(record.comment, "weft:tag");
+  EXPECT_EQ(record.name, "weft-job");
+  EXPECT_EQ(record.wait_status, 256);
+  EXPECT_EQ(record.submit_unix_s, 11);
+  EXPECT_EQ(record.start_unix_s, 13);
+  EXPECT_EQ(record.end_unix_s, 17);
+}
+
+TEST(ParseSqueue, WhatIsNotSetIsNothing) {
+  const SlurmRecord record = RecordOf(R"("job_id": 12, "job_state": "RUNNING", "array_task_id": 4,
+    "batch_host": null, "state_reason": [], "submit_time": null, "start_time": {"set": false, "number": 9},
+    "end_time": {"number": 9})");
+  EXPECT_EQ(record.fault, "");
+  EXPECT_EQ(record.node, "");
+  EXPECT_EQ(record.reason, "");
+  EXPECT_EQ(record.submit_unix_s, 0);
+  EXPECT_EQ(record.start_unix_s, 0);
+  EXPECT_EQ(record.end_unix_s, 9);
+  EXPECT_EQ(record.index, std::nullopt) << "it is of no array";
+}
+
+TEST(ParseSqueue, ExitCodesOfAllVersions) {
+  EXPECT_EQ(
+      RecordOf(R"("job_id": 1, "job_state": "FAILED", "exit_code": {"set": true, "number": 9})").wait_status,
+      9);
+  const auto later = [](int code, int signal) {
+    return RecordOf(
+               absl::StrCat(R"("job_id": 1, "job_state": "FAILED", "exit_code": {"return_code": {"set": true,
+      "number": )",
+                            code, R"(}, "signal": {"id": {"set": true, "number": )", signal, "}}}"))
+        .wait_status;
+  };
+  EXPECT_EQ(later(3, 0), 3 << 8);
+  EXPECT_EQ(later(0, 11), 11);
+  EXPECT_EQ(later(0x1ff, 0x8b), 0xff << 8 | 0x0b) << "as waitpid has them";
+  EXPECT_EQ(
+      RecordOf(R"("job_id": 1, "job_state": "FAILED", "exit_code": {"return_code": 3, "signal": "none"})")
+          .wait_status,
+      3 << 8);
+}
+
+TEST(ParseSqueue, FaultsNameTheField) {
+  for (const char* field :
+       {"job_id", "array_job_id", "array_task_id", "exit_code", "submit_time", "start_time", "end_time",
+        "state_reason", "batch_host", "comment", "name", "array_task_string"}) {
+    const bool is_id = std::string(field) == "job_id";
+    const std::string state = absl::StrCat(is_id ? "" : R"("job_id": 1, )", R"("job_state": "RUNNING", )");
+    EXPECT_THAT(RecordOf(absl::StrCat(state, "\"", field, R"(": true)")).fault,
+                HasSubstr(absl::StrCat(field, " has a value of an unknown kind")));
+  }
+  EXPECT_THAT(RecordOf(R"("job_id": 9e15, "job_state": "RUNNING")").fault, HasSubstr("job_id has"));
+  EXPECT_EQ(RecordOf(R"("job_id": 8e15, "job_state": "RUNNING")").fault, "");
+  for (const char* missing : {R"("job_id": 0, "job_state": "RUNNING")", R"("job_id": 3, "job_state": "")"})
+    EXPECT_EQ(RecordOf(missing).fault, "squeue: a job without job_id or job_state");
+}
+
+TEST(ParseSqueue, WordsOfTheControllerAreTold) {
+  const auto words_of = [](const std::string& errors) {
+    return ParseSqueue(absl::StrCat(R"({"jobs": [], "errors": [)", errors, "]}")).status();
+  };
+  EXPECT_EQ(words_of(R"({"description": "no slurmctld"})"), absl::UnavailableError("squeue: no slurmctld"));
+  EXPECT_EQ(words_of("{}"), absl::UnavailableError("squeue: an error"));
+  EXPECT_TRUE(absl::IsInvalidArgument(words_of(R"({"description": 3})")));
+}
+
+TEST(ParseSqueue, AListMayBeCutWithinItsFirstNumber) {
+  const SlurmRecord record = RecordOf(R"("job_id": 5, "array_job_id": 5, "job_state": "PENDING",
+    "array_task_string": "1...%4")");
+  EXPECT_EQ(record.fault, "");
+  EXPECT_TRUE(record.waiting_is_cut);
+  EXPECT_TRUE(record.waiting.empty());
+  EXPECT_NE(FindElement({record}, 5, 0), nullptr) << "it may be any";
+  EXPECT_EQ(FindElement({record}, 6, 0), nullptr);
+}
+
+TEST(FindElement, PrefersAnElementThatHasBegunToThoseThatWait) {
+  SlurmRecord waits, runs, other;
+  waits.job_id = 5, waits.array_id = 5, waits.waiting = {1, 2}, waits.state = "PENDING";
+  runs.job_id = 6, runs.array_id = 5, runs.index = 1, runs.state = "RUNNING";
+  other.job_id = 7, other.array_id = 7, other.index = 2;
+  EXPECT_EQ(StateOf({waits, runs, other}, 5, 1), "RUNNING");
+  EXPECT_EQ(StateOf({runs, waits, other}, 5, 1), "RUNNING");
+  EXPECT_EQ(StateOf({waits, runs, other}, 5, 2), "PENDING");
+  EXPECT_EQ(StateOf({waits, runs, other}, 5, 3), "none");
+  EXPECT_EQ(StateOf({waits, runs, other}, 6, 0), "none") << "an element is no job of its own";
+}
+
+TEST(ParseScontrolJobs, ReadsAllThatIsWanted) {
+  const auto records = ParseScontrolJobs(
+      "JobId=12 ArrayJobId=10 ArrayTaskId=2 JobName=weft-job\n   JobState=FAILED Reason=NonZeroExitCode "
+      "Dependency=(null)\n   ExitCode=3:9\n   BatchHost=w3\n   Comment=weft:tag\n\nJobId=10 ArrayJobId=10 "
+      "ArrayTaskId=3-5,8%2 JobName=weft-job JobState=PENDING\n");
+  ASSERT_TRUE(records.ok()) << records.status();
+  ASSERT_EQ(records->size(), 2u);
+  const SlurmRecord& record = records->front();
+  EXPECT_EQ(record.fault, "");
+  EXPECT_EQ(record.job_id, 12);
+  EXPECT_EQ(record.array_id, 10);
+  EXPECT_EQ(record.index, 2);
+  EXPECT_EQ(record.name, "weft-job");
+  EXPECT_EQ(record.state, "FAILED");
+  EXPECT_EQ(record.reason, "NonZeroExitCode");
+  EXPECT_EQ(record.node, "w3");
+  EXPECT_EQ(record.comment, "weft:tag");
+  EXPECT_EQ(record.wait_status, 3 << 8 | 9);
+  EXPECT_THAT(records->back().waiting, ElementsAre(3, 4, 5, 8));
+  EXPECT_FALSE(records->back().index);
+}
+
+TEST(ParseScontrolJobs, FaultsNameTheWord) {
+  const auto fault_of = [](const std::string& words) {
+    const auto records = ParseScontrolJobs(absl::StrCat("JobId=7 JobState=RUNNING ", words));
+    return records.ok() ? records->front().fault : std::string(records.status().message());
+  };
+  EXPECT_EQ(fault_of("ArrayJobId=0"), "");
+  EXPECT_EQ(fault_of("ArrayJobId=x"), "scontrol: ArrayJobId=x is no number");
+  for (const char* code : {"ExitCode=1", "ExitCode=a:1", "ExitCode=1:b"})
+    EXPECT_EQ(fault_of(code), absl::StrCat("scontrol: ", code));
+  EXPECT_EQ(fault_of("ArrayTaskId=2"), "scontrol: ArrayTaskId without ArrayJobId");
+  EXPECT_THAT(fault_of("ArrayJobId=7 ArrayTaskId=-2"), HasSubstr("\"-2\" cannot be read"));
+  for (const char* id : {"JobId=x", "JobId=0", "JobId=-1"})
+    EXPECT_TRUE(absl::IsInvalidArgument(ParseScontrolJobs(id).status())) << id;
+  EXPECT_TRUE(absl::IsInvalidArgument(ParseScontrolJobs("JobState=RUNNING JobId=7").status()));
+}
+
+TEST(ParseArrayIndexes, HasLimits) {
+  EXPECT_THAT(*ParseArrayIndexes("5-5"), ElementsAre(5));
+  EXPECT_THAT(*ParseArrayIndexes("0"), ElementsAre(0));
+  EXPECT_THAT(*ParseArrayIndexes("2-9:3"), ElementsAre(2, 5, 8));
+  EXPECT_THAT(*ParseArrayIndexes("2147483647"), ElementsAre(2147483647));
+  EXPECT_EQ(ParseArrayIndexes("0-999999")->size(), 1'000'000u);
+  EXPECT_EQ(ParseArrayIndexes("0-1999999:2")->size(), 1'000'000u);
+  for (const char* wrong : {"0-1000000", "0-999999,5", "2147483648", "1-2-3", "1:2:3", "1-5:-1", "1-5:x"})
+    EXPECT_FALSE(ParseArrayIndexes(wrong).ok()) << wrong;
+  EXPECT_EQ(ParseArrayIndexes("x%2").status().message(), "array indexes \"x%2\" cannot be read");
+}
+
 }  // namespace
 }  // namespace weft

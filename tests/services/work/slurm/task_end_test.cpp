@@ -128,5 +128,68 @@ TEST(WhyWaiting, NamesTheOptionToChange) {
   }
 }
 
+TEST(JudgeTask, NamesTheNodeAsFarAsItIsKnown) {
+  TaskFacts facts = Ended("NODE_FAIL");
+  facts.record->node = "(null)";
+  facts.host = "w5";
+  EXPECT_EQ(JudgeTask(facts).end.reason, "node w5 failed");
+  facts.record->node = "";
+  facts.host = "";
+  EXPECT_EQ(JudgeTask(facts).end.reason, "its node failed");
+  EXPECT_EQ(JudgeTask({}).end.reason, "Slurm knows a task no more whose end was not seen");
+}
+
+TEST(JudgeTask, EveryStateHasItsWords) {
+  EXPECT_EQ(JudgeTask(Ended("REVOKED")).end.reason, "a task on node w2 was cancelled in Slurm, not by Weft");
+  EXPECT_TRUE(JudgeTask(Ended("REVOKED")).end.lost);
+  TaskFacts late = Ended("DEADLINE");
+  EXPECT_EQ(JudgeTask(late).end.reason, "reached the time limit of its partition");
+  EXPECT_EQ(JudgeTask(late).error->code(), "FAILED_PRECONDITION");
+  EXPECT_FALSE(JudgeTask(late).end.lost);
+  late.frames_finished = 1;
+  late.time_limit_min = 1;
+  EXPECT_EQ(JudgeTask(late).end.reason, "a task reached its time limit of 1 min after 1 frames");
+  TaskFacts memory = Ended("OUT_OF_MEMORY");
+  memory.memory_mib = 300, memory.log_file = "/log", memory.full_folder = "full";
+  EXPECT_EQ(JudgeTask(memory).end.reason,
+            "used more than its 300 MiB on node w2; raise --slurm-memory-mib of weftd; log /log");
+  EXPECT_FALSE(JudgeTask(memory).end.lost);
+  EXPECT_EQ(JudgeTask(Ended("FAILED", 7 << 8)).end.reason, "exit status 7 on node w2");
+  // One that still runs has no end.
+  EXPECT_TRUE(JudgeTask(Ended("RUNNING")).end.lost);
+  EXPECT_THAT(JudgeTask(Ended("RUNNING")).end.reason, HasSubstr("whose end was not seen"));
+}
+
+TEST(JudgeTask, AWorkerThatFailsTellsItsStatusAndLog) {
+  TaskFacts facts = EndedByItself(2, "NOT_FOUND");
+  facts.last_words = "no rig";
+  EXPECT_EQ(JudgeTask(facts).end.reason, "exit status 2 on node w1; its last output: no rig");
+  EXPECT_TRUE(EndedByItself(facts));
+  facts.error.reset();
+  EXPECT_FALSE(EndedByItself(facts)) << "it says not why";
+  EXPECT_FALSE(EndedByItself(TaskFacts()));
+}
+
+TEST(WhyWaiting, KnowsTheReasonsOfSlurm) {
+  SlurmRecord record;
+  for (const char* usual : {"Dependency", "BeginTime", "Cleaning", "Prolog", "NodeDown"}) {
+    record.reason = usual;
+    EXPECT_EQ(WhyWaiting(record, "", 0), "") << usual;
+  }
+  for (const auto& [reason, words] : {std::pair<const char*, const char*>{"PartitionInactive", "is down"},
+                                      {"PartitionNodeLimit", "--slurm-option"},
+                                      {"Nodes_required_for_job", "sinfo -R"},
+                                      {"AssocGrpCpuLimit", "--slurm-account"},
+                                      {"AccountNotAllowed", "--slurm-account"},
+                                      {"InvalidQOS", "--slurm-qos"},
+                                      {"InvalidAccount", "--slurm-qos"}}) {
+    record.reason = reason;
+    EXPECT_THAT(WhyWaiting(record, "", 0), HasSubstr(words)) << reason;
+    EXPECT_THAT(WhyWaiting(record, "", 0), ::testing::StartsWith(std::string("waits for Slurm: ") + reason));
+  }
+  record.reason = "PartitionDown";
+  EXPECT_THAT(WhyWaiting(record, "", 0), HasSubstr("the default partition is down"));
+}
+
 }  // namespace
 }  // namespace weft
