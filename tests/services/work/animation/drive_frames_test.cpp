@@ -4,28 +4,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/observations_file.h"
 #include "services/formats/files/rig_file.h"
-#include "services/formats/synthetic/take_writer.h"
-#include "services/work/animation/drive_live.h"
-#include "services/work/animation/driven_frame.h"
 #include "services/work/animation/driver_memory.h"
-#include "services/work/animation/train_avatar.h"
 #include "services/work/pipeline/algorithm_versions.h"
 #include "services/work/pipeline/frame_folder.h"
-#include "tests/capture/temp_folder.h"
-#include "tests/services/work/animation/moving_take.h"
-#include "tests/simulation/tiny_take.h"
+#include "tests/services/work/animation/driven_take.h"
 
 namespace weft {
 namespace {
@@ -35,119 +25,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-constexpr int kDriven = 3, kCameras = 3, kLearntOf = 14;
-
-// A take with pictures, an avatar that has learnt the garment's motion, and what it makes of the take.
-struct DrivenTake {
-  TempFolder folder;
-  std::string root = fs::canonical(folder.path()).string();
-  std::string take = root + "/take", avatar = root + "/tiny.avatar", out = root + "/out";
-
-  DrivenTake() {
-    SyntheticTake filmed = Tiny(1, kDriven, kCameras);
-    EXPECT_TRUE(WriteSyntheticTake(filmed, *TakeFolder::Open(take, "test")).ok());
-    SyntheticTake moving = Tiny(1, kLearntOf, kCameras);
-    AvatarRequest request;
-    request.sources = {WriteMovingTake(root + "/cloth", moving.garment(), kLearntOf,
-                                       [&](int) { return moving.NextCloth()->vertices_mm; })};
-    request.garment = take + "/template";
-    request.training = {.components = 4, .calibration_frames = 2};
-    request.out = avatar;
-    const auto trained = TrainAvatar(request, {}, {});
-    EXPECT_TRUE(trained.ok()) << trained.status();
-  }
-};
-
-DrivenTake* driven_take = nullptr;
-
-class DriveFramesTest : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    driven_take = new DrivenTake;
-    Told told;
-    const absl::Status status = Drive(SpecOf(driven_take->take), {0, 1, 2}, driven_take->out, told);
-    ASSERT_TRUE(status.ok()) << status;
-    EXPECT_THAT(told.lines, ElementsAre("started 0000", "finished 0000", "started 0001", "finished 0001",
-                                        "started 0002", "finished 0002"));
-  }
-  static void TearDownTestSuite() { delete driven_take; }
-
-  struct Told {
-    std::vector<std::string> lines;
-    std::vector<v1::FrameInfo> infos;
-  };
-  static v1::RegistrationSpec SpecOf(const std::string& take) {
-    v1::RegistrationSpec spec;
-    spec.set_dump(take);
-    spec.set_rig(take + "/rig.json");
-    spec.set_board(take + "/board.json");
-    spec.set_garment(take + "/template");
-    spec.set_out("unused");
-    spec.mutable_driving()->set_avatar(driven_take->avatar);
-    *spec.mutable_options() = *EffectiveDriveOptions({});
-    return spec;
-  }
-  static absl::Status Drive(const v1::RegistrationSpec& spec, const std::vector<size_t>& asked,
-                            const std::string& out, Told& told, int threads = 2, std::stop_token stop = {}) {
-    const auto inputs = LoadDriveInputs(spec);
-    if (!inputs.ok()) return inputs.status();
-    const auto list = ListDriveFrames(spec, **inputs);
-    if (!list.ok()) return list.status();
-    RegistrationEvents events;
-    events.started = [&](const std::string& frame) { told.lines.push_back("started " + frame); };
-    events.finished = [&](const v1::FrameInfo& info) {
-      told.lines.push_back((info.reused() ? "reused " : "finished ") + info.frame());
-      told.infos.push_back(info);
-    };
-    return DriveFrames(spec, **inputs, *list, asked, out, threads, events, stop);
-  }
-  Told DriveAll(const v1::RegistrationSpec& spec, const std::vector<size_t>& asked = {0, 1, 2}) {
-    Told told;
-    const absl::Status status = Drive(spec, asked, out_, told);
-    EXPECT_TRUE(status.ok()) << status;
-    return told;
-  }
-  void BeginWithAll() { fs::copy(driven_take->out, out_, fs::copy_options::recursive); }
-  std::string TakeOfOwn() {
-    fs::copy(driven_take->take, root_ + "/take", fs::copy_options::recursive);
-    return root_ + "/take";
-  }
-  static v1::FrameReport ReportOf(const std::string& out, const std::string& frame) {
-    v1::FrameReport report;
-    EXPECT_TRUE(ReadJsonFile(out + "/" + frame + "/report.json", report).ok());
-    return report;
-  }
-  static std::string Mesh(const std::string& out, const std::string& frame) {
-    return ReadBytes(out + "/" + frame + "/mesh.ply");
-  }
-  void Change(const std::string& frame, const std::function<void(v1::FrameReport&)>& change) {
-    v1::FrameReport report = ReportOf(out_, frame);
-    change(report);
-    ASSERT_TRUE(WriteJsonFile(out_ + "/" + frame + "/report.json", report).ok());
-  }
-  // "0001: why", with a star where its inputs changed.
-  std::vector<std::string> Incomplete(const std::vector<v1::FrameState>& states, const std::string& take) {
-    v1::Job job;
-    *job.mutable_spec() = SpecOf(take);
-    job.mutable_spec()->set_out(out_);
-    const auto inputs = LoadDriveInputs(job.spec());
-    const auto list = ListDriveFrames(job.spec(), **inputs);
-    std::vector<v1::FrameInfo> infos(states.size());
-    for (size_t k = 0; k < states.size(); ++k)
-      infos[k].set_frame("000" + std::to_string(k)), infos[k].set_state(states[k]);
-    const auto found = FindIncompleteDriven(**inputs, *list, job, infos);
-    EXPECT_TRUE(found.ok()) << found.status();
-    std::vector<std::string> lines;
-    for (const IncompleteFrame& frame : *found)
-      lines.push_back(infos[frame.position].frame() + ": " + frame.why + (frame.inputs_changed ? "*" : ""));
-    return lines;
-  }
-
-  const TempFolder temp_;
-  const std::string root_ = fs::canonical(temp_.path()).string(), out_ = root_ + "/out";
-  static constexpr v1::FrameState kDone = v1::FRAME_STATE_DONE;
-};
+using DriveFramesTest = DrivenTakeTest;
 
 TEST_F(DriveFramesTest, MeshesLieOnTheTruth) {
   for (const char* frame : {"0000", "0001", "0002"}) {
@@ -424,112 +302,6 @@ TEST(EffectiveDriveOptions, AreThoseOfTheDecodingAlone) {
   EXPECT_FALSE(options->pipeline().has_triangulation());
   asked.set_preset("fastest");
   EXPECT_FALSE(EffectiveDriveOptions(asked).ok());
-}
-
-// A recording that is replayed slowly enough for every frame.
-class DriveLiveTest : public DriveFramesTest {
- protected:
-  DriveLiveTest() {
-    request_.spec = SpecOf(driven_take->take);
-    request_.spec.set_out(out_);
-    request_.spec.mutable_driving()->set_fps(20);
-    request_.speed = 0.02;  // 2.5 s from frame to frame
-    request_.threads = 2;
-  }
-  absl::StatusOr<v1::Job> Live() {
-    told_.clear();
-    return DriveLive(
-        request_,
-        [this](const v1::LiveDriving& now, const v1::FrameInfo& info) {
-          told_.push_back(info.frame() + " " + std::to_string(now.frames_arrived()));
-        },
-        stop_.get_token());
-  }
-
-  LiveDriveRequest request_;
-  std::vector<std::string> told_;
-  std::stop_source stop_;
-};
-
-TEST_F(DriveLiveTest, GoesOnAfterTheLastFrameThatHasAResult) {
-  request_.spec.set_end_frame(1);
-  const auto job = Live();
-  ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_THAT(told_, ElementsAre("0000 1"));
-  EXPECT_EQ(job->state(), v1::JOB_STATE_DONE);
-  EXPECT_EQ(job->frames().done(), 1);
-  EXPECT_EQ(job->driven().live().frames_arrived(), 1);
-  EXPECT_EQ(job->driven().live().frames_passed_over(), 0);
-  EXPECT_GT(job->driven().live().latency_median_ms(), 0);
-  EXPECT_EQ(job->driven().live().latency_p95_ms(), job->driven().live().latency_median_ms());
-  EXPECT_EQ(job->driven().cameras_size(), kCameras);
-  v1::Job written;
-  ASSERT_TRUE(ReadJsonFile(out_ + "/job.json", written).ok());
-  EXPECT_EQ(written.id(), job->id());
-  EXPECT_EQ(written.driven().live().frames_arrived(), 1);
-  EXPECT_TRUE(fs::exists(out_ + "/report.html"));
-  EXPECT_TRUE(Mesh(out_, "0000") == Mesh(driven_take->out, "0000"));
-  request_.spec.set_end_frame(2);
-  const auto more = Live();
-  ASSERT_TRUE(more.ok()) << more.status();
-  EXPECT_THAT(told_, ElementsAre("0001 1"));
-  EXPECT_EQ(more->frames().done(), 2);
-  EXPECT_EQ(more->frames().reused(), 1);
-  EXPECT_EQ(ReportOf(out_, "0001").driven().follows(),
-            MemoryChecksum(ReportOf(out_, "0000").driven().memory()));
-  const auto none = Live();
-  ASSERT_TRUE(none.ok()) << none.status();
-  EXPECT_THAT(told_, IsEmpty());
-  EXPECT_EQ(none->frames().reused(), 2);
-}
-
-TEST_F(DriveLiveTest, AFastReplayPassesOverFrames) {
-  request_.speed = 1e6;
-  const auto job = Live();
-  ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ(job->driven().live().frames_arrived(), 3);
-  EXPECT_EQ(job->driven().live().frames_passed_over() + job->frames().total(), 3);
-  EXPECT_GE(job->driven().live().frames_passed_over(), 1);
-  EXPECT_TRUE(fs::exists(out_ + "/0002/mesh.ply")) << "the newest";
-}
-
-TEST_F(DriveLiveTest, ResultsOfAnotherRunAreNotGoneOnWith) {
-  BeginWithAll();
-  const absl::Status status = Live().status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()),
-              AllOf(HasSubstr("holds frame 0000 of another run"), HasSubstr("without --live")));
-}
-
-TEST_F(DriveLiveTest, StoppedEndsWell) {
-  stop_.request_stop();
-  const auto job = Live();
-  ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ(job->frames().total(), 0);
-  EXPECT_FALSE(fs::exists(out_ + "/0000"));
-  EXPECT_TRUE(fs::exists(out_ + "/job.json"));
-}
-
-TEST_F(DriveLiveTest, OptionsThatDoNotGoTogetherAreRefused) {
-  request_.speed = 0;
-  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("--speed must be positive"));
-  request_.speed = 2;
-  request_.session_file = root_ + "/session.json";
-  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("it is for recordings"));
-  request_.speed = 1;
-  request_.spec.set_first_frame(1);
-  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("still to come"));
-  request_.spec.set_first_frame(0);
-  request_.spec.set_out(driven_take->take + "/out");
-  EXPECT_THAT(std::string(Live().status().message()), HasSubstr("lies in the folder of"));
-}
-
-TEST(LiveDrivingText, IsOneLine) {
-  v1::LiveDriving live;
-  live.set_latency_median_ms(91.6), live.set_latency_p95_ms(141.2), live.set_frames_per_s(11.42);
-  live.set_frames_passed_over(60), live.set_frames_arrived(180);
-  EXPECT_EQ(LiveDrivingText(live),
-            "latency 92 ms (median), 141 ms (95 %), 11.4 frames/s, 60 of 180 passed over");
 }
 
 }  // namespace
