@@ -184,6 +184,7 @@ absl::StatusOr<ClothTake> ClothTake::OpenAgain() const {
   WEFT_ASSIGN_OR_RETURN(ClothTake out, reader_ ? OfFramesFile(name_, path_)
                                                : OfMeshes(name_, meshes_, names_, fps_, template_hash_));
   out.split = split;
+  out.motion = motion;
   out.folder = folder;
   out.body = body;
   return out;

@@ -123,5 +123,92 @@ TEST_F(Sources, NothingIsRefusedWithWhatWouldDo) {
               HasSubstr("not complete"));
 }
 
+TEST_F(Sources, AnotherReaderIsOfTheSameTake) {
+  auto source = OpenClothSource(WriteTake("walk", 3), 0);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ClothTake& take = source->takes[0];
+  take.split = "train";
+  take.body.stature = 1.25;
+  auto again = take.OpenAgain();
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->name(), take.name());
+  EXPECT_EQ(again->template_hash(), tube_.ContentHash());
+  EXPECT_EQ(again->frames(), 3);
+  EXPECT_EQ(again->fps(), 50);
+  EXPECT_EQ(again->split, "train");
+  EXPECT_EQ(again->motion, folder_ / "walk");
+  EXPECT_EQ(again->folder, folder_ / "walk");
+  EXPECT_EQ(again->body.stature, 1.25);
+  EXPECT_EQ(again->Read(1)->time_ns, 20'000'000);
+  EXPECT_EQ(*again->FramesHash(), *take.FramesHash());
+  auto meshes = OpenClothSource(WriteResults("dd"), 25)->takes[0].OpenAgain();
+  ASSERT_TRUE(meshes.ok()) << meshes.status();
+  EXPECT_THAT(meshes->frame_names(), testing::ElementsAre("0000", "0001"));
+  EXPECT_EQ(meshes->fps(), 25);
+  EXPECT_EQ(meshes->Read(1)->time_ns, 40'000'000);
+  EXPECT_EQ(*meshes->FramesHash(), "");
+}
+
+TEST_F(Sources, ResultsAreNamedAfterTheirFirstFrame) {
+  const std::string path = WriteResults("fddfd");
+  auto source = OpenClothSource(path, 0);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_EQ(source->takes.size(), 2u);
+  EXPECT_EQ(source->takes[0].name(), path);
+  EXPECT_EQ(source->takes[1].name(), path + " from 0004");
+  EXPECT_EQ(source->takes[1].motion, path);
+  EXPECT_EQ(source->takes[0].fps(), 30) << "as usual";
+  EXPECT_EQ(source->takes[0].template_hash(), tube_.ContentHash());
+  EXPECT_EQ(source->takes[0].folder, "") << "of no simulated take";
+  EXPECT_FALSE(source->is_dataset);
+  const absl::Status beyond = source->takes[0].Read(2).status();
+  EXPECT_EQ(beyond.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(beyond.message(), path + ": holds frames 0 to 1, not 2");
+  EXPECT_EQ(source->takes[0].Read(-1).status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(OpenClothSource(WriteResults("fffff"), 0).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(Sources, OnlyWhatWasRegisteredFromItsOwnImagesCounts) {
+  const std::string path = WriteResults("dddd");
+  v1::FrameReport report;
+  report.set_state(v1::FRAME_STATE_DEGRADED);
+  ASSERT_TRUE(WriteJsonFile(path + "/0001/report.json", report).ok());
+  report.set_state(v1::FRAME_STATE_CANCELLED);
+  ASSERT_TRUE(WriteJsonFile(path + "/0002/report.json", report).ok());
+  fs::remove(path + "/0003/mesh.ply");
+  auto source = OpenClothSource(path, 0);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_EQ(source->takes.size(), 1u);
+  EXPECT_THAT(source->takes[0].frame_names(), testing::ElementsAre("0000", "0001"));
+}
+
+TEST_F(Sources, ATemplateThatIsGivenGoesBeforeThoseOfTheSources) {
+  std::vector<ClothSource> sources = OneOf(*OpenClothSource(WriteTake("walk", 2), 0));
+  EXPECT_EQ(TemplateOfSources(sources, "")->path, folder_ / "walk/template");
+  ASSERT_TRUE(WriteTemplate(folder_ / "same", tube_).ok());
+  EXPECT_EQ(TemplateOfSources(sources, folder_ / "same")->path, folder_ / "same");
+  EXPECT_EQ(TemplateOfSources({}, "").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(Sources, ATakeWithPicturesHasAMeshForEachFrame) {
+  const std::string path = folder_ / "filmed";
+  ASSERT_TRUE(WriteTemplate(path + "/template", tube_).ok());
+  for (const char* frame : {"0000", "0001"}) {
+    fs::create_directories(path + "/truth/" + frame);
+    ASSERT_TRUE(
+        WriteMesh(path + "/truth/" + frame + "/mesh.ply", {Moved(frame[3] - '0'), tube_.rest.faces}).ok());
+  }
+  auto source = OpenClothSource(path, 40);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_EQ(source->takes.size(), 1u);
+  ClothTake& take = source->takes[0];
+  EXPECT_EQ(take.name(), path);
+  EXPECT_EQ(take.folder, path);
+  EXPECT_EQ(take.fps(), 40);
+  EXPECT_EQ(take.template_hash(), tube_.ContentHash());
+  EXPECT_EQ(source->garment, path + "/template");
+  EXPECT_NEAR(take.Read(1)->vertices_mm[0].x() - take.Read(0)->vertices_mm[0].x(), 1, 1e-4);
+}
+
 }  // namespace
 }  // namespace weft
