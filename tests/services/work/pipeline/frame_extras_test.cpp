@@ -111,5 +111,37 @@ TEST_F(Extras, StartsHaveAMeshOfAFrame) {
               ElementsAre(HasSubstr("2 of 3 frames have no mesh to start from: 0000, 0002")));
 }
 
+TEST_F(Extras, SecondFormatsOfAScanAreNoStrangersAndOthersAreCounted) {
+  AddScans({"0000.ply", "0000.pcd", "0001.PCD", "0002.ply", "a.ply", "b.ply"});
+  const auto notes = Check();
+  ASSERT_TRUE(notes.ok()) << notes.status();
+  EXPECT_THAT(*notes, ElementsAre(scans_ + ": 2 scans are of no frame: a.ply, b.ply"));
+  EXPECT_EQ(ScanOf("0001"), "0001.PCD");
+  EXPECT_THAT(ScanFolder::List(scans_)->names(),
+              ElementsAre("0000.pcd", "0000.ply", "0001.PCD", "0002.ply", "a.ply", "b.ply"));
+}
+
+TEST_F(Extras, NumbersAreComparedWithoutLeadingZeros) {
+  AddScans({"scan_0.ply", "scan_00010.ply", "7_of_9.ply"});
+  EXPECT_EQ(ScanOf("000"), "scan_0.ply");
+  EXPECT_EQ(ScanOf("frame10"), "scan_00010.ply");
+  EXPECT_EQ(ScanOf("0001"), "");
+  EXPECT_EQ(ScanOf("7"), "") << "of two numbers";
+  EXPECT_EQ(ScanOf("frame"), "") << "of none";
+}
+
+TEST_F(Extras, StartsOfALiveTakeMayComeLaterAndWholeOnesAreSilent) {
+  v1::RegistrationOptions options;
+  options.set_starts(folder_ / "before");
+  std::filesystem::create_directories(folder_ / "before");
+  const auto check = [&](bool is_live) { return CheckExtras(options, kExtraFrames, kExtraFrames, is_live); };
+  EXPECT_EQ(check(false).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(check(true).value(), IsEmpty());
+  for (const std::string& frame : kExtraFrames)
+    WriteBytes(folder_ / ("before/" + frame + "/mesh.ply"), "ply");
+  EXPECT_THAT(check(false).value(), IsEmpty());
+  EXPECT_THAT(CheckExtras({}, kExtraFrames, kExtraFrames, false).value(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace weft

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <set>
+#include <tuple>
 
 namespace weft {
 namespace {
@@ -61,6 +63,47 @@ TEST(FrameNeighbors, BridgesReachStepsNotFrames) {
   const std::vector<std::string> three = {"0", "1", "2", "3", "4", "5"};
   EXPECT_EQ(NeighborsOf(1, three, {1, 2, 3}).next, 4);
   EXPECT_EQ(NeighborsOf(1, three, {1, 2, 3, 4}).next, -1);
+}
+
+TEST(FrameNeighbors, AFrameThatIsNotDealtWithLeavesItOpen) {
+  const std::vector<std::string> names = {"0", "1", "2", "3", "4"};
+  const auto look = [&](int missing, bool failed) {
+    FrameFacts own{"2", "images"};
+    own.failed = failed, own.registered = !failed;
+    return FindNeighbors(2, 5, FrameSteps(names), own, [&](int other) -> std::optional<FrameFacts> {
+      if (other == missing) return std::nullopt;
+      FrameFacts found{names[static_cast<size_t>(other)], "images"};
+      found.registered = other == 0 || other == 4;
+      found.failed = !found.registered;
+      return found;
+    });
+  };
+  EXPECT_FALSE(look(1, false).complete);
+  EXPECT_FALSE(look(3, false).complete);
+  EXPECT_TRUE(look(0, false).complete) << "two steps away";
+  EXPECT_EQ(look(0, false).previous, -1) << "the one before it failed";
+  EXPECT_FALSE(look(0, true).complete);
+  EXPECT_EQ(look(-1, true).previous, 0);
+  EXPECT_EQ(look(-1, true).next, 4);
+  EXPECT_EQ(look(-1, true).window, "images 1:images 0:images 3:images 4:images");
+}
+
+TEST(FactsOf, AreThoseOfTheReport) {
+  v1::FrameReport report;
+  report.set_frame("f"), report.set_images_fingerprint("images");
+  for (const auto& [state, registered, failed] : {std::tuple(v1::FRAME_STATE_DONE, true, false),
+                                                  {v1::FRAME_STATE_DEGRADED, true, false},
+                                                  {v1::FRAME_STATE_FAILED, false, true},
+                                                  {v1::FRAME_STATE_CANCELLED, false, false}}) {
+    report.set_state(state);
+    EXPECT_EQ(FactsOf(report).registered, registered) << state;
+    EXPECT_EQ(FactsOf(report).failed, failed) << state;
+  }
+  EXPECT_EQ(FactsOf(report).frame, "f");
+  EXPECT_EQ(FactsOf(report).images_fingerprint, "images");
+  EXPECT_FALSE(FactsOf(report).frames_alone);
+  report.mutable_options()->set_frames_alone(true);
+  EXPECT_TRUE(FactsOf(report).frames_alone);
 }
 
 }  // namespace

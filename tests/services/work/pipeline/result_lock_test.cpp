@@ -1,12 +1,19 @@
 #include "services/work/pipeline/result_lock.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
 
 #include "tests/capture/temp_folder.h"
 
@@ -88,6 +95,61 @@ TEST_F(ResultLockTest, DoesNotFollowALink) {
   fs::create_symlink(folder_ / "elsewhere", out_ + "/" + ResultLock::kFileName);
   EXPECT_FALSE(Acquire().ok());
   EXPECT_EQ(ReadBytes(folder_ / "elsewhere"), "kept");
+}
+
+// A lock file that somebody else holds, with these words in it.
+class ForeignLock {
+ public:
+  ForeignLock(const std::string& out, const std::string& words) {
+    const std::string path = out + "/" + ResultLock::kFileName;
+    WriteBytes(path, words);
+    fd_ = open(path.c_str(), O_RDONLY);
+    EXPECT_EQ(flock(fd_, LOCK_EX | LOCK_NB), 0);
+  }
+  ~ForeignLock() { close(fd_); }
+
+ private:
+  int fd_ = -1;
+};
+
+TEST_F(ResultLockTest, WordsOfAnotherHolderAreOnePlainLine) {
+  for (const auto& [words, told] : {std::pair("weft\x07 register\nmore\n", "weft? register"),
+                                    {"", "another process"},
+                                    {"\n", "another process"}}) {
+    const ForeignLock other(out_, words);
+    EXPECT_EQ(Acquire().status().message(), out_ + ": " + told +
+                                                ", writes to this folder; wait until it has ended, or choose "
+                                                "another folder");
+  }
+}
+
+TEST_F(ResultLockTest, WaitsForAsLongAsItHasPatience) {
+  auto first = Acquire();
+  ASSERT_TRUE(first.ok());
+  std::optional<ResultLock> held(*std::move(first));
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_FALSE(ResultLock::Acquire(out_, "a test", milliseconds(100)).ok());
+  EXPECT_GE(std::chrono::steady_clock::now() - began, milliseconds(100));
+  std::jthread later([&] {
+    std::this_thread::sleep_for(milliseconds(60));
+    held.reset();
+  });
+  EXPECT_TRUE(ResultLock::Acquire(out_, "a test", milliseconds(20'000)).ok());
+}
+
+TEST_F(ResultLockTest, SaysWhoHoldsIt) {
+  const auto lock = Acquire("weft register");
+  ASSERT_TRUE(lock.ok());
+  char host[256] = "";
+  gethostname(host, sizeof(host) - 1);
+  EXPECT_EQ(ReadBytes(out_ + "/" + ResultLock::kFileName),
+            "weft register, process " + std::to_string(getpid()) + " on " + host + "\n");
+  EXPECT_TRUE(fs::exists(out_ + "/" + ResultLock::kHolderName));
+}
+
+TEST_F(ResultLockTest, NeedsAFolder) {
+  EXPECT_EQ(ResultLock::Acquire(out_ + "/none", "a test", milliseconds(0)).status().code(),
+            absl::StatusCode::kNotFound);
 }
 
 }  // namespace

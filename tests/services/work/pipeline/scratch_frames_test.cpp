@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <string>
+#include <thread>
 
 #include "capture/image/image_file.h"
 #include "capture/take/open_dump.h"
@@ -167,6 +170,63 @@ TEST_F(ScratchFramesTest, DamageIsToldAsWithoutCopies) {
   EXPECT_EQ(frames->ReadView(0, 0).status(), shared->ReadView(0, 0).status());
   ASSERT_TRUE(frames->Hold(1, 2).ok());
   EXPECT_EQ(frames->ReadView(1, 1).status(), shared->ReadView(1, 1).status());
+}
+
+TEST_F(ScratchFramesTest, AQuotaIsMetToTheByte) {
+  WriteFolder();
+  const auto bytes_of = [this](int frame) {
+    return fs::file_size(ImageOf(frame, 0)) + fs::file_size(ImageOf(frame, 1));
+  };
+  const uint64_t first = bytes_of(0), second = bytes_of(1);
+  const absl::Status status = Scratch(first - 1)->Hold(0, std::nullopt);
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("frame 0: its images take "));
+  EXPECT_THAT(std::string(status.message()), HasSubstr(" MiB, and the quota of " + folder_ / "scratch"));
+  {
+    const auto alone = Scratch(first);
+    EXPECT_TRUE(alone->Hold(0, 1).ok());
+    EXPECT_EQ(alone->bytes_held(), first);
+  }
+  {
+    const auto short_of = Scratch(first + second - 1);
+    EXPECT_TRUE(short_of->Hold(0, 1).ok());
+    EXPECT_EQ(short_of->bytes_held(), first);
+  }
+  const auto both = Scratch(first + second);
+  ASSERT_TRUE(both->Hold(0, 1).ok());
+  for (int k = 0; k < 500 && both->bytes_held() < first + second; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(both->bytes_held(), first + second);
+  // The one that was copied ahead is there when it is asked for, and its copies are not made again.
+  fs::remove_all(folder_ / "take/1");
+  ASSERT_TRUE(both->Hold(1, std::nullopt).ok());
+  EXPECT_EQ(both->bytes_held(), second);
+  EXPECT_TRUE(both->ReadView(1, 0).ok());
+  // One that nobody asks for any more goes.
+  ASSERT_TRUE(both->Hold(2, 3).ok());
+  ASSERT_TRUE(both->Hold(0, std::nullopt).ok());
+  EXPECT_EQ(both->bytes_held(), first);
+}
+
+TEST_F(ScratchFramesTest, CopiesOfLargeFilesAreWhole) {
+  WriteFolder();
+  std::string large;
+  for (int k = 0; k < 300'000; ++k) large += std::to_string(k);  // of more than one piece
+  WriteBytes(ImageOf(0, 0), large);
+  const auto frames = Scratch(10 * kMib);
+  ASSERT_TRUE(frames->Hold(0, std::nullopt).ok());
+  std::string copy;
+  for (const auto& entry : fs::directory_iterator(folder_ / "scratch"))
+    if (entry.is_directory()) copy = entry.path().string() + "/0-0";
+  EXPECT_TRUE(ReadBytes(copy) == large);
+}
+
+TEST_F(ScratchFramesTest, AFolderThatCannotBeMadeIsNamed) {
+  WriteFolder();
+  WriteBytes(folder_ / "file", "x");
+  const auto frames = ScratchFrames::Create(Open(), 2, {.folder = folder_ / "file", .quota_bytes = kMib});
+  EXPECT_FALSE(frames.ok());
+  EXPECT_THAT(std::string(frames.status().message()), HasSubstr(folder_ / "file"));
 }
 
 }  // namespace
