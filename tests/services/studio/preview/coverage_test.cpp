@@ -48,5 +48,37 @@ TEST(CoveragePicture, PaintsACellByTheNumberOfItsCameras) {
   EXPECT_GT(at(2)[0], at(2)[2] + 50);   // blue
 }
 
+TEST(CoverageClass, BeginsAtOneTwoThreeAndSixCameras) {
+  const size_t expected[] = {0, 1, 2, 3, 3, 3, 4, 4};
+  for (int views = 0; views < 8; ++views) EXPECT_EQ(CoverageClass(views), expected[views]) << views;
+}
+
+// Five columns for the five classes, from none to six cameras.
+TEST(CoveragePicture, HasAColourForEachClass) {
+  Coverage coverage(1, 5, {});
+  const int views[] = {0, 1, 2, 3, 6};
+  for (int camera = 0; camera < 6; ++camera) {
+    std::vector<Observation> seen;
+    for (int col = 0; col < 5; ++col)
+      if (views[col] > camera) seen.push_back(Center(0, col));
+    coverage.Set("c" + std::to_string(camera), seen);
+  }
+  const MeshPicture picture = PaintBoard(coverage);
+  EXPECT_EQ(picture.width_px, 640);
+  EXPECT_EQ(picture.height_px, 128);
+  EXPECT_EQ(picture.title, "The board");
+  const std::vector<uint8_t> png(picture.bytes.begin(), picture.bytes.end());
+  const cv::Mat pixels = cv::imdecode(png, cv::IMREAD_UNCHANGED);
+  for (size_t k = 0; k < 5; ++k)
+    for (const int x : {0, 127}) {
+      const cv::Vec4b pixel = pixels.at<cv::Vec4b>(x, static_cast<int>(128 * k) + x);
+      const std::string hex = CoverageColor(k);
+      ASSERT_EQ(hex.size(), 7u);
+      for (size_t c = 0; c < 3; ++c)
+        EXPECT_EQ(pixel[static_cast<int>(2 - c)], std::stoi(hex.substr(1 + 2 * c, 2), nullptr, 16)) << k;
+      EXPECT_EQ(pixel[3], 255);
+    }
+}
+
 }  // namespace
 }  // namespace weft
