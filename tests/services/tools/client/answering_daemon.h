@@ -116,6 +116,7 @@ class AnsweringDaemon {
     grpc::ServerBuilder builder;
     int port = 0;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.SetMaxReceiveMessageSize(-1);
     builder.RegisterService(&info);
     builder.RegisterService(&jobs);
     for (grpc::Service* service : others) builder.RegisterService(service);

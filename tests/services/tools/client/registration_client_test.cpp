@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "services/server/rpc/message_limit.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/tools/client/answering_daemon.h"
 
@@ -48,6 +49,17 @@ TEST_F(RegistrationClientTest, CallsNameTheJob) {
   EXPECT_EQ(client().Retry("j3")->id(), "j3");
   daemon_.jobs.get = [](const v1::GetJobRequest&, v1::Job*) { return JobNotFound(); };
   EXPECT_EQ(client().Get("j9").status(), absl::NotFoundError("there is no job j9"));
+}
+
+// gRPC's own limit is 4 MiB for answers, and none for requests.
+TEST_F(RegistrationClientTest, AnswersMayBeLargeAndRequestsMayNot) {
+  daemon_.jobs.get = [](const v1::GetJobRequest&, v1::Job* job) {
+    job->set_id(std::string(size_t{5} << 20, 'x'));
+    return grpc::Status::OK;
+  };
+  EXPECT_EQ(client().Get("j1")->id().size(), size_t{5} << 20);
+  daemon_.jobs.get = Echo<v1::GetJobRequest>();
+  EXPECT_TRUE(absl::IsResourceExhausted(client().Get(std::string(kLargestRequest_bytes + 1, 'x')).status()));
 }
 
 TEST_F(RegistrationClientTest, ASubmissionIsRepeatedOnlyWhereItHasAKey) {
