@@ -198,13 +198,13 @@ TEST(DoctorReport, FindingsThatDifferInTheirCameraAloneAreOneLine) {
   AddDoctorFinding(report, "clock", v1::DOCTOR_VERDICT_GOOD, "fine");
   AssessDoctorReport(report);
   const std::string text = DoctorText(report);
-  EXPECT_THAT(text, HasSubstr("good     cameras c01, c02 and c03    fine\n"
-                              "warning  camera c04                  fine\n"
+  EXPECT_THAT(text, HasSubstr("good     cameras c01, c02 and c03   fine\n"
+                              "warning  camera c04                 fine\n"
                               "                                    -> remedy of fine\n"
-                              "BAD      networks eth1 to eth4 (4)   down\n"
+                              "BAD      networks eth1 to eth4 (4)  down\n"
                               "                                    -> remedy of down\n"
-                              "good     clock                       fine\n"
-                              "good     clock                       fine\n"));
+                              "good     clock                      fine\n"
+                              "good     clock                      fine\n"));
 }
 
 }  // namespace

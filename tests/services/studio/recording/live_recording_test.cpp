@@ -214,5 +214,93 @@ TEST(RecordLive, ClocksOfATakeAreVerifiedAndRecovered) {
   EXPECT_THAT(problems(), HasSubstr("clocks.csv: "));
 }
 
+// A camera that has ended, with what it says of itself.
+class SettledCamera : public CameraSource {
+ public:
+  SettledCamera(std::string id, std::string problem, std::map<std::string, std::string> settings = {})
+      : id_(std::move(id)), problem_(std::move(problem)), settings_(std::move(settings)) {}
+  const std::string& camera_id() const override { return id_; }
+  std::map<std::string, std::string> settings() const override { return settings_; }
+  absl::Status Start() override { return absl::OkStatus(); }
+  absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds) override {
+    return absl::OutOfRangeError("the end");
+  }
+  void Stop() override {}
+  std::string ClockProblem() const override { return problem_; }
+  CameraCounters counters() const override { return {.frames = 5, .frames_lost = 4, .packets_resent = 3}; }
+
+ private:
+  const std::string id_, problem_;
+  const std::map<std::string, std::string> settings_;
+};
+
+TEST(ClockWarnings, CamerasOfOneProblemAreOne) {
+  std::vector<std::unique_ptr<CameraSource>> cameras;
+  for (const char* id : {"a", "b"}) cameras.push_back(std::make_unique<SettledCamera>(id, "it reads 0"));
+  cameras.push_back(std::make_unique<SettledCamera>("c", ""));
+  cameras.push_back(std::make_unique<SettledCamera>("d", "it stands still"));
+  EXPECT_THAT(
+      ClockWarnings(cameras),
+      ::testing::ElementsAre(
+          "2 of 4 cameras (a and b): their clocks cannot be read, it reads 0; the arrival of frames stands "
+          "in "
+          "for them: sets are as good as the network is even; PTP makes them exact",
+          "camera d: its clock cannot be read, it stands still; the arrival of frames stands in for it: sets "
+          "are as good as the network is even; PTP makes them exact"));
+}
+
+// It ends by itself, since every camera has.
+TEST(RecordLive, DescribesCamerasAndSession) {
+  const TempFolder temp;
+  std::vector<std::unique_ptr<CameraSource>> cameras;
+  cameras.push_back(std::make_unique<SettledCamera>(
+      "a", "it reads 0",
+      std::map<std::string, std::string>{{"DeviceModelName", "M7"}, {"DeviceSerialNumber", "9"}}));
+  cameras.push_back(std::make_unique<SettledCamera>(
+      "b", "it reads 0", std::map<std::string, std::string>{{"PtpStatus", "Slave"}}));
+  LiveRecordingOptions options = Options();
+  options.seconds = 0;
+  options.sets.tolerance_ns = 1'500'000;
+  const std::atomic<bool> stop = false;
+  size_t reports = 0;
+  const auto take = RecordLive(temp / "take", cameras, options, stop, [&](const LiveRecordingState& state) {
+    EXPECT_EQ(state.cameras.size(), 2u);
+    EXPECT_EQ(state.cameras[0].receiver.frames, 5u);
+    EXPECT_GT(state.elapsed_s, 0);
+    ++reports;
+  });
+  ASSERT_TRUE(take.ok()) << take.status();
+  EXPECT_GE(reports, 1u);
+  EXPECT_EQ(take->sync(), "free run, shared clocks, tolerance 1.500 ms, period 100.000 ms");
+  EXPECT_FALSE(take->own_clocks());
+  EXPECT_EQ(take->state(), v1::TAKE_STATE_COMPLETE);
+  ASSERT_EQ(take->cameras_size(), 2);
+  EXPECT_EQ(take->cameras(0).model(), "M7");
+  EXPECT_EQ(take->cameras(0).serial(), "9");
+  EXPECT_EQ(take->cameras(0).settings().at("DeviceModelName"), "M7");
+  EXPECT_EQ(take->cameras(0).clock_problem(), "it reads 0");
+  EXPECT_TRUE(take->cameras(0).own_clock());
+  EXPECT_FALSE(take->cameras(1).own_clock()) << "PTP vouches for its times";
+  EXPECT_EQ(take->cameras(0).packets_resent(), 3u);
+  EXPECT_NE(take->clocks_checksum(), "");
+  EXPECT_EQ(ReadTakeFile(temp / "take")->clocks_checksum(), take->clocks_checksum());
+  const v1::TakeInfo info = *DescribeTake(temp / "take");
+  EXPECT_THAT(info.notes(),
+              ::testing::Contains(::testing::HasSubstr("its clock cannot be read: it reads 0")));
+}
+
+TEST(RecordLive, OfClocksThatAreAllTheirOwnTimesAreEstimated) {
+  const TempFolder temp;
+  std::vector<std::unique_ptr<CameraSource>> cameras;
+  cameras.push_back(std::make_unique<SettledCamera>("a", "it reads 0"));
+  LiveRecordingOptions options = Options();
+  options.sets.period_ns = 0;
+  const std::atomic<bool> stop = false;
+  const auto take = RecordLive(temp / "take", cameras, options, stop);
+  ASSERT_TRUE(take.ok()) << take.status();
+  EXPECT_EQ(take->sync(), "free run, clocks of their own, tolerance 2.000 ms");
+  EXPECT_TRUE(take->own_clocks());
+}
+
 }  // namespace
 }  // namespace weft

@@ -146,5 +146,64 @@ TEST(Recorder, WritesNotesAndDropsOfTheSourceToTheLedger) {
   ExpectAccounted(temp / "take", cameras, 6);
 }
 
+TEST(RecorderOptions, AreChecked) {
+  EXPECT_TRUE(RecorderOptions().Validate().ok());
+  RecorderOptions options;
+  for (const auto& [writers, is_good] :
+       {std::pair{0, false}, std::pair{1, true}, std::pair{64, true}, std::pair{65, false}}) {
+    options.writers = writers;
+    EXPECT_EQ(options.Validate().ok(), is_good) << writers;
+  }
+  for (int RecorderOptions::*field : {&RecorderOptions::flush_interval_ms, &RecorderOptions::slow_write_ms,
+                                      &RecorderOptions::stop_timeout_ms}) {
+    options = {};
+    options.*field = 1;
+    EXPECT_TRUE(options.Validate().ok());
+    options.*field = 0;
+    EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("_ms must be positive"));
+  }
+  const TempFolder temp;
+  options = Small();
+  options.writers = 0;
+  EXPECT_EQ(Recorder::Start(temp / "take", {"a"}, options).status().message(), "writers must be 1 to 64");
+}
+
+// Drops of one cause that follow each other are one line.
+TEST(Recorder, CountsWhatItIsOfferedAndJoinsDrops) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b"}, 64, 40);
+  RecorderOptions options = Small();
+  options.flush_interval_ms = 60'000;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok());
+  (*recorder)->NoteDropped(0, 2, 7, "late");
+  (*recorder)->NoteDropped(3, 3, 8, "late");
+  (*recorder)->NoteDropped(4, 4, 9, "later");
+  (*recorder)->NoteDropped(6, 6, 10, "later");
+  RawFrameSet part = cameras.Set(7);
+  part.frames.pop_back();
+  part.missing.push_back({"b", "3 packets lost"});
+  EXPECT_TRUE((*recorder)->Offer(part));
+  EXPECT_TRUE((*recorder)->Offer(cameras.Set(8)));
+  EXPECT_FALSE((*recorder)->Offer(cameras.Set(8))) << "twice";
+  EXPECT_TRUE((*recorder)->Stop().ok());
+  const RecorderCounters counters = (*recorder)->Counters();
+  EXPECT_EQ(counters.sets_offered, 6u + 3);  // with those that the source dropped
+  EXPECT_EQ(counters.sets_recorded, 2u);
+  EXPECT_EQ(counters.sets_dropped, 6u + 1);
+  EXPECT_EQ(counters.frames_missing, 1u);
+  EXPECT_EQ(counters.bytes_written, 3u * 4096);  // three pictures, a block each
+  EXPECT_EQ(counters.queued_bytes, 0u);
+  EXPECT_EQ(counters.stop_cause, "");
+  std::vector<std::string> drops;
+  const auto take = RecordedTake::Open(temp / "take");
+  ASSERT_TRUE(take.ok());
+  for (const LedgerEntry& entry : (*take)->ledger())
+    if (entry.event == LedgerEvent::kDropped && entry.cause.starts_with("late"))
+      drops.push_back(std::to_string(entry.first_set) + " to " + std::to_string(entry.last_set) + " at " +
+                      std::to_string(entry.device_time_ns) + " " + entry.cause);
+  EXPECT_THAT(drops, ElementsAre("0 to 3 at 7 late", "4 to 4 at 9 later", "6 to 6 at 10 later"));
+}
+
 }  // namespace
 }  // namespace weft
