@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "alignment/decimation/decimated_mesh.h"
 #include "base/status_macros.h"
 #include "services/results/export/split_vertices.h"
-#include "services/results/report/decimated_mesh.h"
 
 namespace weft {
 absl::StatusOr<ReducedMesh> ReduceMesh(const TriangleMesh& mesh, const MeshTexture& texture,

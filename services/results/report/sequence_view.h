@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "services/results/report/decimated_mesh.h"
+#include "alignment/decimation/decimated_mesh.h"
 #include "services/results/report/mesh_colors.h"
 #include "services/results/report/mesh_view.h"
 #include "weft/v1/page.pb.h"

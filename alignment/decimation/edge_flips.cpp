@@ -1,4 +1,4 @@
-#include "services/results/report/edge_flips.h"
+#include "alignment/decimation/edge_flips.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

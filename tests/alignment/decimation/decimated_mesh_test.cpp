@@ -1,4 +1,4 @@
-#include "services/results/report/decimated_mesh.h"
+#include "alignment/decimation/decimated_mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,13 +1,13 @@
-#include "services/results/report/decimated_mesh.h"
+#include "alignment/decimation/decimated_mesh.h"
 
 #include <meshoptimizer.h>
 
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/decimation/edge_flips.h"
 #include "base/random.h"
 #include "base/status_macros.h"
-#include "services/results/report/edge_flips.h"
 
 namespace weft {
 namespace {
@@ -33,7 +33,7 @@ absl::Status CheckForDecimation(const TriangleMesh& mesh, size_t max_vertices) {
   return absl::OkStatus();
 }
 
-double MeanEdgeMm(const TriangleMesh& mesh) {
+double MeanFirstEdgeMm(const TriangleMesh& mesh) {
   double sum = 0;
   for (const Face& face : mesh.faces) sum += (mesh.vertices_mm[face[0]] - mesh.vertices_mm[face[1]]).norm();
   return sum / static_cast<double>(mesh.faces.size());
@@ -54,7 +54,7 @@ Eigen::Vector3f JitterOf(const Eigen::Vector3d& position) {
 }
 
 std::vector<Eigen::Vector3f> Jittered(const TriangleMesh& mesh) {
-  const auto amplitude = static_cast<float>(kEvenness * MeanEdgeMm(mesh));
+  const auto amplitude = static_cast<float>(kEvenness * MeanFirstEdgeMm(mesh));
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(mesh.vertices_mm.size());
   for (const Eigen::Vector3d& p : mesh.vertices_mm)
