@@ -10,9 +10,11 @@
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/results/evaluation/evaluation_measures.h"
 #include "services/results/evaluation/evaluation_text.h"
 #include "services/results/evaluation/evaluation_verdict.h"
 #include "services/results/evaluation/garment_maps.h"
+#include "services/results/report/html_text.h"
 #include "services/results/report/job_page.h"
 #include "services/results/report/job_report_parts.h"
 #include "services/results/report/mesh_colors.h"
@@ -85,13 +87,32 @@ v1::PageMaps MapsOf(const JobEvaluation& evaluation) {
   return out;
 }
 
+v1::EvaluationPage ShownEvaluation(const JobEvaluation& evaluation) {
+  v1::EvaluationPage page;
+  page.set_headline(EvaluationHeadline(evaluation));
+  for (const EvaluationMeasure& measure : EvaluationMeasures()) {
+    v1::EvaluationPage::Measure& shown = *page.add_measures();
+    shown.set_name(measure.name);
+    shown.set_unit(measure.unit);
+    shown.set_decimals(*measure.unit == '\0' ? 0 : measure.decimals);
+    shown.set_title(TitleWithUnit(measure));
+    shown.set_heading(TitleWithUnit(measure, true));
+  }
+  const auto fill = [](const EvaluatedFrame& frame, v1::EvaluationPage::Row& row) {
+    for (const EvaluationMeasure& measure : EvaluationMeasures())
+      row.add_values(measure.value(frame).value_or(kNoNumber));
+  };
+  fill({"", {}, evaluation.total, evaluation.total_metrics}, *page.mutable_total());
+  for (const EvaluatedFrame& frame : evaluation.frames) fill(frame, *page.add_frames());
+  return page;
+}
+
 }  // namespace
 
 std::string MakeEvaluationReport(const JobEvaluation& evaluation, const JobReportParts* job) {
   const v1::Evaluation message = EvaluationMessage(evaluation);
   const v1::PageMaps maps = MapsOf(evaluation);
-  v1::EvaluationPage shown;
-  shown.set_headline(EvaluationHeadline(evaluation));
+  const v1::EvaluationPage shown = ShownEvaluation(evaluation);
   v1::JobPage of_job;
   if (job != nullptr) of_job = JobPageOf(*job);
   return MakePage({.title = "Weft evaluation",

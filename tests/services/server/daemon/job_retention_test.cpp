@@ -30,7 +30,11 @@ class JobRetentionTest : public DaemonTest {
     }
     return JobIds().size() == count;
   }
-  void Forget(double days) { daemon_->SetRetention({.keep_jobs_days = days}); }
+  void Forget(double days) {
+    v1::RetentionRules rules;
+    rules.set_keep_jobs_days(days);
+    daemon_->SetRetention(rules);
+  }
   std::string ResultsOf(const std::string& id) { return folder_ / absl::StrCat("state/results/", id); }
 };
 

@@ -69,7 +69,7 @@ TEST_F(ScoreAvatarTest, DrivenMeshesStandBesideCarrierAndShapes) {
     EXPECT_LT(driven.mean_mm(), 10);
     EXPECT_NE(driven.mean_mm(), carrier.mean_mm());
     EXPECT_LT(driven.seen_mm(), driven.unseen_mm() + 5);
-    EXPECT_GT(driven.trembling_seen_mm(), 0);
+    EXPECT_GT(driven.error_jitter_seen_mm(), 0);
     EXPECT_GT(driven.share_within_two_sigma(), 0.5);
     EXPECT_EQ(carrier.share_within_two_sigma(), -1) << "it has no sigma";
     // A tube that is closed by its faces has no seams on the board but where its columns end.
@@ -113,7 +113,7 @@ TEST_F(ScoreAvatarTest, TheSameAtAnyNumberOfThreads) {
   const auto two = Rows();
   for (const auto& [key, row] : one) {
     EXPECT_EQ(row.mean_mm(), two.at(key).mean_mm()) << key.second;
-    EXPECT_EQ(row.trembling_unseen_mm(), two.at(key).trembling_unseen_mm()) << key.second;
+    EXPECT_EQ(row.error_jitter_unseen_mm(), two.at(key).error_jitter_unseen_mm()) << key.second;
   }
 }
 
