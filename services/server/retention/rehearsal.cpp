@@ -85,8 +85,9 @@ class Rehearsal {
 
 }  // namespace
 
-RetentionPlan RehearseRetention(const v1::RetentionRules& rules, std::vector<Holding> holdings, DiskRoom room,
+RetentionPlan RehearseRetention(const v1::RetentionRules& given, std::vector<Holding> holdings, DiskRoom room,
                                 const AgeOf_s& age_s, double ahead_s) {
+  const v1::RetentionRules rules = WithDefaults(given);
   const auto others = std::stable_partition(holdings.begin(), holdings.end(), IsOfTakes);
   // Of all else each goes by its own age.
   std::vector<RetentionStep> steps;

@@ -117,7 +117,27 @@ bool IsOfTakes(const Holding& holding) {
   return holding.kind == v1::HOLDING_KIND_TAKE || holding.kind == v1::HOLDING_KIND_TRASH;
 }
 
-std::optional<double> KeepDays(const v1::RetentionRules& rules, v1::HoldingKind kind) {
+v1::RetentionRules DefaultRules() {
+  v1::RetentionRules rules;
+  rules.set_keep_takes_days(0);
+  rules.set_keep_trash_days(7);
+  rules.set_keep_jobs_days(0);
+  rules.set_takes_quota_gib(0);
+  rules.set_least_free_gib(0);
+  rules.set_least_trash_hours(1);
+  rules.set_keep_uploads_days(7);
+  rules.set_keep_notices_days(3);
+  return rules;
+}
+
+v1::RetentionRules WithDefaults(const v1::RetentionRules& rules) {
+  v1::RetentionRules all = DefaultRules();
+  all.MergeFrom(rules);
+  return all;
+}
+
+std::optional<double> KeepDays(const v1::RetentionRules& given, v1::HoldingKind kind) {
+  const v1::RetentionRules rules = WithDefaults(given);
   const auto unless_0 = [](double days) { return days > 0 ? std::optional(days) : std::nullopt; };
   switch (kind) {
     case v1::HOLDING_KIND_TAKE:
@@ -136,19 +156,6 @@ std::optional<double> KeepDays(const v1::RetentionRules& rules, v1::HoldingKind 
   }
 }
 
-v1::RetentionRules DefaultRules() {
-  v1::RetentionRules rules;
-  rules.set_keep_takes_days(0);
-  rules.set_keep_trash_days(7);
-  rules.set_keep_jobs_days(0);
-  rules.set_takes_quota_gib(0);
-  rules.set_least_free_gib(0);
-  rules.set_least_trash_hours(1);
-  rules.set_keep_uploads_days(7);
-  rules.set_keep_notices_days(3);
-  return rules;
-}
-
 int64_t TakesReachAfter(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
                         const DiskRoom& room) {
   if (rules.least_free_gib() <= 0) return -1;
@@ -162,8 +169,9 @@ int64_t TakesReachAfter(const v1::RetentionRules& rules, const std::vector<Holdi
   return room.takes_reach_bytes >= 0 ? room.takes_reach_bytes : whole_bytes(held + least);
 }
 
-RetentionPlan PlanRetention(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
+RetentionPlan PlanRetention(const v1::RetentionRules& given, const std::vector<Holding>& holdings,
                             const DiskRoom& room, const AgeOf_s& age_s) {
+  const v1::RetentionRules rules = WithDefaults(given);
   RetentionPlan plan;
   std::vector<const Holding*> takes;  // whose age is no reason
   double held_bytes = BytesOfTakes(holdings), freed_bytes = 0;

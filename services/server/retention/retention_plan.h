@@ -15,7 +15,10 @@ inline constexpr double kMostRule = 1e9;  // rules are numbers from 0 to this
 
 // What a daemon does unless it is told otherwise: all fields are set.
 v1::RetentionRules DefaultRules();
+// DefaultRules with what is set of `rules`. A field that is not set is no 0: that would empty the trash.
+v1::RetentionRules WithDefaults(const v1::RetentionRules& rules);
 
+// Fields of rules that are not set are as in DefaultRules, here and below.
 // For how long things of a kind are kept. None: at any age.
 std::optional<double> KeepDays(const v1::RetentionRules& rules, v1::HoldingKind kind);
 

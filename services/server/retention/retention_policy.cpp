@@ -24,8 +24,8 @@ bool AreOfTakes(const std::set<v1::HoldingKind>& kinds) { return kinds.contains(
 
 }  // namespace
 
-RetentionPolicy::RetentionPolicy(v1::RetentionRules rules, const v1::RetentionState& earlier)
-    : rules_(rules),
+RetentionPolicy::RetentionPolicy(const v1::RetentionRules& rules, const v1::RetentionState& earlier)
+    : rules_(WithDefaults(rules)),
       seen_(PeriodsOf(earlier)),
       takes_reach_bytes_(earlier.periods().empty() ? -1 : earlier.takes_reach_bytes()) {}
 
@@ -40,7 +40,7 @@ std::string RetentionPolicy::PassTime(int64_t unix_ns, int64_t monotonic_ns) {
 }
 
 void RetentionPolicy::SetRules(const v1::RetentionRules& rules) {
-  rules_ = rules;
+  rules_ = WithDefaults(rules);
   due_before_.clear();
 }
 

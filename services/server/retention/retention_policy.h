@@ -17,7 +17,7 @@ namespace weft {
 // none.
 class RetentionPolicy {
  public:
-  RetentionPolicy(v1::RetentionRules rules, const v1::RetentionState& earlier);
+  RetentionPolicy(const v1::RetentionRules& rules, const v1::RetentionState& earlier);
 
   // Before each Due, and every second or so: what happens between a jump of the clock and this call may be
   // dated wrong. What happened is worth a line for people; empty: nothing.

@@ -149,7 +149,7 @@ TEST(CheckRehearsals, TakeNumbersInTheirRange) {
   EXPECT_EQ(FieldOf(CheckRehearsal(request)), "ahead_days");
   request.set_ahead_days(1);
   request.mutable_rules()->set_keep_takes_days(-1);
-  EXPECT_EQ(FieldOf(CheckRehearsal(request)), "rules.keep_takes_days()");
+  EXPECT_EQ(FieldOf(CheckRehearsal(request)), "rules.keep_takes_days");
 }
 
 TEST(CheckPriorities, AreAHundredBothWays) {
