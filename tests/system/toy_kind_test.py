@@ -90,10 +90,12 @@ class Command(KindTest):
         self.assertEqual([(mesh["name"], mesh["file"], mesh["vertices"]) for mesh in meshes],
                          [("garment", "mesh.ply", 3), ("mirror", "mirror.ply", 3)])
         self.assertNotEqual(*(mesh["topology_hash"] for mesh in meshes))  # its faces are turned
+
         def export(*more, check=0):
-            done = weft("export", self.out, "--format", "obj", "--unit", "mm", "--world-up", "y", "--out", self.path("obj"), *more, check=check)
-            shutil.rmtree(self.path("obj"), ignore_errors=check != 0)
-            return done.stderr
+            shutil.rmtree(self.path("obj"), ignore_errors=True)
+            return weft("export", self.out, "--format", "obj", "--unit", "mm", "--world-up", "y", "--out", self.path("obj"), *more,
+                        check=check).stderr
+
         self.assertIn('no frame has a mesh "hat"; there are garment, mirror', export("--mesh", "hat", check=2))
         export("--mesh", "mirror", "--frames", "0002")
         manifest = json.loads(read(self.path("obj/export.json")))
