@@ -1,7 +1,6 @@
 #include "services/results/evaluation/evaluation_measures.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace weft {
 namespace {
@@ -96,13 +95,6 @@ const std::vector<EvaluationMeasure>& EvaluationMeasures() {
     return all;
   }();
   return measures;
-}
-
-const EvaluationMeasure& EvaluationMeasureNamed(std::string_view name) {
-  const auto& all = EvaluationMeasures();
-  const auto found = std::ranges::find(all, name, [](const auto& m) { return std::string_view(m.name); });
-  if (found == all.end()) std::abort();
-  return *found;
 }
 
 }  // namespace weft

@@ -4,7 +4,6 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -28,7 +27,5 @@ struct EvaluationMeasure : Measure {
 
 // In the order of evaluation/measures.h, which is that of the columns of frames.csv.
 const std::vector<EvaluationMeasure>& EvaluationMeasures();
-// Precondition: there is one.
-const EvaluationMeasure& EvaluationMeasureNamed(std::string_view name);
 
 }  // namespace weft
