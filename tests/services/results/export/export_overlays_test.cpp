@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/results/export/export_folder.h"
 #include "tests/services/results/export/filmed_result.h"
 
 namespace weft {
@@ -128,6 +129,48 @@ TEST(ExportOverlaysTest, AStopKeepsWhatIsThereAndTheSameRequestGoesOn) {
   EXPECT_FALSE(rest->was_complete);
   EXPECT_TRUE(std::filesystem::exists(filmed.folder / "out/c2/0002.png"));
   EXPECT_TRUE(ExportOverlays(request, nullptr, {})->was_complete);
+}
+
+TEST(ExportOverlaysTest, TheManifestNamesThePicturesAndTheRangeOfSigma) {
+  const FilmedResult filmed;
+  OverlayRequest request = OverlayOfFilmed(filmed, OverlayKind::kSigma);
+  request.format = PictureFormat::kJpeg, request.undistort = true;
+  std::vector<std::string> steps;
+  const auto outcome = ExportOverlays(request,
+                                      [&](ExportStep step, size_t done, size_t all) {
+                                        if (step == ExportStep::kWrite)
+                                          steps.push_back(absl::StrCat(done, "/", all));
+                                      },
+                                      {});
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  EXPECT_THAT(steps, ElementsAre("1/3", "2/3", "3/3"));
+  EXPECT_EQ(outcome->manifest.format(), "jpg");
+  EXPECT_EQ(outcome->manifest.overlay(), "sigma, undistorted");
+  EXPECT_EQ(outcome->manifest.overlay_sigma_mm(), 1.5);
+  EXPECT_THAT(outcome->manifest.files(), ElementsAre("c1", "c2", "rig.json"));
+  EXPECT_EQ(ReadBytes(filmed.folder / "out/c1/0002.jpg").substr(0, 2), "\xFF\xD8");
+  EXPECT_EQ(ReadRig(filmed.folder / "out/rig.json")->id, filmed.rig.id + " without distortion");
+}
+
+// What a killed export left is removed, what others wrote stays.
+TEST(ExportOverlaysTest, LeftoversOfPicturesAreRemoved) {
+  const FilmedResult filmed;
+  WriteBytes(filmed.folder / "out/c1/0000.png.tmp.12345678.1", "half");
+  WriteBytes(filmed.folder / "out/c1/notes.txt", "mine");
+  OverlayRequest request = OverlayOfFilmed(filmed, OverlayKind::kNone);
+  v1::Export manifest;
+  {
+    // The folder holds a part of this export.
+    OverlayRequest other = request;
+    other.out = filmed.folder / "other";
+    const auto outcome = ExportOverlays(other, nullptr, {});
+    ASSERT_TRUE(outcome.ok()) << outcome.status();
+    manifest = outcome->manifest;
+  }
+  ASSERT_TRUE(ExportFolder(request.out).Begin(manifest).ok());
+  ASSERT_TRUE(ExportOverlays(request, nullptr, {}).ok());
+  EXPECT_FALSE(std::filesystem::exists(filmed.folder / "out/c1/0000.png.tmp.12345678.1"));
+  EXPECT_EQ(ReadBytes(filmed.folder / "out/c1/notes.txt"), "mine");
 }
 
 }  // namespace

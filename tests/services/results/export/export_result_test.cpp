@@ -1,6 +1,7 @@
 #include "services/results/export/export_result.h"
 
 #include <gmock/gmock.h>
+#include <tiny_gltf.h>
 
 #include <filesystem>
 #include <map>
@@ -204,6 +205,92 @@ TEST_F(ExportResultTest, RefusesJobsThatHaveNotEnded) {
     const auto outcome = Export();
     EXPECT_EQ(outcome.status().code(), absl::StatusCode::kFailedPrecondition);
     EXPECT_THAT(outcome.status().message(), HasSubstr(word));
+  }
+}
+
+constexpr int kFewer = 12;
+
+TEST_F(ExportResultTest, FewerVerticesAreSomeOfAll) {
+  request_.max_vertices = kFewer;
+  auto source = ExportSource::Open(request_);
+  ASSERT_TRUE(source.ok()) << source.status();
+  ASSERT_TRUE(source->Survey(nullptr, {}).ok());
+  ASSERT_TRUE(source->reduced());
+  const std::vector<int>& kept = source->reduced()->vertices;
+  const ExportTopology& topology = source->topology();
+  EXPECT_LE(kept.size(), static_cast<size_t>(kFewer));
+  EXPECT_GE(kept.size(), 4u);
+  ASSERT_EQ(topology.vertices, kept.size());
+  EXPECT_EQ(topology.texture.of_vertex.size(), kept.size());
+  EXPECT_TRUE(topology.is_measured);
+  EXPECT_FALSE(topology.bounds.isEmpty());
+  ExportSource whole = source->InWorldMm();
+  EXPECT_FALSE(whole.reduced());
+  ASSERT_EQ(whole.topology().vertices, static_cast<size_t>(kSide * kSide));
+  const auto mesh = source->Read(2, ExportSource::Velocities::kComputed);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  ASSERT_EQ(mesh->positions.size(), kept.size());
+  const RegisteredMesh all = MeshAt(2);
+  for (size_t i = 0; i < kept.size(); ++i) {
+    const auto v = static_cast<size_t>(kept[i]);
+    const Eigen::Vector3d& p = all.vertices_mm[v];
+    EXPECT_EQ(mesh->positions[i], Eigen::Vector3f(Eigen::Vector3d(p.x(), -p.z(), p.y()).cast<float>()));
+    EXPECT_EQ(mesh->state[i], static_cast<uint8_t>(all.state[v]));
+    EXPECT_EQ(mesh->views[i], all.views[v]);
+    EXPECT_TRUE(mesh->velocities[i].isApprox(Eigen::Vector3f(10, -40, 0), 1e-5F));
+    EXPECT_EQ(topology.coverage[i], whole.topology().coverage[v]);
+    EXPECT_EQ(topology.usual_state[i], whole.topology().usual_state[v]);
+    EXPECT_EQ(topology.mean_sigma_mm[i], 0.5F);
+  }
+  const auto outcome = Export();
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  EXPECT_EQ(outcome->manifest.max_vertices(), kFewer);
+  EXPECT_EQ(outcome->manifest.vertices(), static_cast<int>(kept.size()));
+}
+
+TEST_F(ExportResultTest, TheShapeToReduceIsThatOfTheFirstFrame) {
+  request_.max_vertices = kFewer, request_.frames = "1:";
+  RegisteredMesh fewer = MeshAt(0);
+  fewer.vertices_mm.resize(4), fewer.state.resize(4), fewer.sigma_mm.resize(4), fewer.views.resize(4);
+  ASSERT_TRUE(WriteRegisteredMesh(FrameFolderOf(0) + "/mesh.ply", fewer, {{0, 1, 2}}).ok());
+  EXPECT_EQ(Export().status(),
+            absl::InvalidArgumentError(FrameFolderOf(0) +
+                                       "/mesh.ply: has other vertices than the frames to export, "
+                                       "which --max-vertices reduces by its shape"));
+}
+
+TEST_F(ExportResultTest, ANormalMapStandsBesideTheCoarserMesh) {
+  request_.format = ExportFormat::kGlb, request_.unit = LengthUnit::kMetre;
+  request_.frames = "0001", request_.max_vertices = kFewer, request_.normal_map_px = 16;
+  request_.world_up = std::string("z");
+  const auto outcome = Export();
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  EXPECT_EQ(outcome->manifest.normal_map_px(), 16);
+  EXPECT_EQ(*outcome->manifest.attributes().rbegin(), "normal") << "it is needed for the map";
+  tinygltf::Model model;
+  tinygltf::TinyGLTF reader;
+  std::string errors, warnings;
+  ASSERT_TRUE(reader.LoadBinaryFromFile(&model, &errors, &warnings, request_.out + "/garment.glb")) << errors;
+  ASSERT_EQ(model.images.size(), 1u);
+  EXPECT_EQ(model.images[0].name, "normal");
+  EXPECT_EQ(model.images[0].width, 16);
+  EXPECT_EQ(model.materials.at(0).normalTexture.index, 0);
+  const auto floats = [&](const char* name) {
+    const tinygltf::Accessor& accessor =
+        model.accessors.at(static_cast<size_t>(model.meshes.at(0).primitives.at(0).attributes.at(name)));
+    const tinygltf::BufferView& view = model.bufferViews.at(static_cast<size_t>(accessor.bufferView));
+    const auto* first = reinterpret_cast<const float*>(model.buffers.at(0).data.data() + view.byteOffset);
+    return std::vector<float>(first, first + view.byteLength / sizeof(float));
+  };
+  const std::vector<float> tangents = floats("TANGENT"), normals = floats("NORMAL"),
+                           vertices = floats("_VERTEX");
+  ASSERT_EQ(tangents.size(), 4 * vertices.size());
+  ASSERT_EQ(normals.size(), 3 * vertices.size());
+  for (size_t v = 0; v < vertices.size(); ++v) {
+    const Eigen::Vector3f tangent(&tangents[4 * v]), normal(&normals[3 * v]);
+    EXPECT_NEAR(tangent.norm(), 1, 1e-5);
+    EXPECT_NEAR(tangent.dot(normal), 0, 1e-5) << "both in the axes of the export";
+    EXPECT_LT(vertices[v], kSide * kSide);
   }
 }
 

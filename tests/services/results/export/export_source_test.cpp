@@ -185,5 +185,58 @@ TEST(ExportSourceTest, TheWorldsMeshIsInMillimetresWhateverIsExported) {
                                            Eigen::Vector3f(100, 50, 20), Eigen::Vector3f(0, 50, 20)));
 }
 
+TEST(ExportSourceTest, FramesWhoseReportListsNoMeshHaveNone) {
+  SmallResult result;
+  v1::FrameReport report;
+  report.set_state(v1::FRAME_STATE_DONE);
+  report.add_files()->set_name("cloud.ply");
+  result.WriteReport(1, report);
+  const auto source = ExportSource::Open(result.request);
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_EQ(source->frames()[1].missing_because(), "it has no mesh garment");
+}
+
+TEST(ExportSourceTest, ResultsThatCannotBeReadAreNamed) {
+  SmallResult result;
+  WriteBytes(result.folder / "result/job.json", "{");
+  EXPECT_THAT(ExportSource::Open(result.request).status().message(), HasSubstr("result/job.json"));
+  v1::Job job;
+  job.set_state(v1::JOB_STATE_DONE);
+  result.WriteJob(job);
+  for (int frame = 0; frame < SmallResult::kFrames; ++frame)
+    std::filesystem::remove_all(result.FolderOf(frame));
+  EXPECT_EQ(ExportSource::Open(result.request).status(),
+            absl::FailedPreconditionError(result.request.result +
+                                          ": holds no frames of its job; register the take first"));
+}
+
+TEST(ExportSourceTest, BridgedFramesAreTold) {
+  SmallResult result;
+  v1::FrameReport report = FailedReport("too dark");
+  report.mutable_temporal()->set_bridged(true);
+  result.WriteReport(1, report);
+  const auto source = ExportSource::Open(result.request);
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_THAT(source->meshes(), ElementsAre(0, 1, 2));
+  EXPECT_THAT(source->notes(),
+              ElementsAre("Frame 0001 failed and is bridged: its mesh comes from the frames around it."));
+}
+
+TEST(ExportSourceTest, TimesOfThePicturesGiveTheRate) {
+  SmallResult result;
+  v1::Job job;
+  job.set_state(v1::JOB_STATE_DONE);
+  job.mutable_spec()->set_dump(result.folder / "take");
+  result.WriteJob(job);
+  WriteBytes(result.folder / "take/truth/pictures.csv",
+             "frame,camera,mid_exposure_ns,lost\n0000,a,0,0\n0001,a,40000000,0\n");
+  result.request.fps = 0;
+  const auto source = ExportSource::Open(result.request);
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_EQ(source->fps(), 25);
+  EXPECT_EQ(source->fps_source(), "the times in " + result.folder / "take/truth/pictures.csv");
+  EXPECT_DOUBLE_EQ(source->frames()[2].time_s(), 0.08);
+}
+
 }  // namespace
 }  // namespace weft

@@ -94,5 +94,40 @@ TEST(ExportTexturesTest, NamesTheCameraOfAPictureThatIsMissing) {
   EXPECT_THAT(outcome->warnings[0], HasSubstr("Frame 0002, camera c1: "));
 }
 
+TEST(ExportTexturesTest, NormalMapsAreFilesOfTheirOwn) {
+  const FilmedResult filmed;
+  // A sheet of 5 x 5 vertices with a fold, so that a coarser mesh lacks something.
+  std::vector<Face> faces;
+  MeshTexture texture;
+  RegisteredMesh mesh;
+  for (int i = 0; i < 5; ++i)
+    for (int j = 0; j < 5; ++j) {
+      mesh.vertices_mm.emplace_back(25 * j, 12 * i, j % 2 == 1 ? 5 : 0);
+      texture.of_vertex.emplace_back(0.25F * static_cast<float>(j), 0.25F * static_cast<float>(i));
+      mesh.state.push_back(VertexState::kObserved), mesh.sigma_mm.push_back(0.1F), mesh.views.push_back(3);
+      if (i == 4 || j == 4) continue;
+      const int v = 5 * i + j;
+      faces.push_back({v, v + 1, v + 6});
+      faces.push_back({v, v + 6, v + 5});
+    }
+  for (int frame = 0; frame < SmallResult::kFrames; ++frame)
+    ASSERT_TRUE(WriteRegisteredMesh(filmed.MeshFile(frame), mesh, faces, texture).ok());
+  TextureRequest request = TextureOfFilmed(filmed);
+  request.texture_px = 0, request.normal_map_px = 16, request.max_vertices = 8;
+  const auto outcome = ExportTextures(request, nullptr, {});
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  EXPECT_EQ(outcome->manifest.overlay(), "normal map");
+  EXPECT_EQ(outcome->manifest.normal_map_px(), 16);
+  EXPECT_EQ(outcome->manifest.max_vertices(), 8);
+  EXPECT_EQ(outcome->manifest.frames(1).file(), "");
+  EXPECT_EQ(outcome->manifest.frames(1).normal_map(), "0001.normal.png");
+  const auto map = ReadImageFile(filmed.folder / "out/0001.normal.png");
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(map->width_px, 16);
+  bool leans = false;
+  for (int x = 0; x < 16; ++x) leans |= std::abs(map->row(8)[3 * x] - 128) > 10;
+  EXPECT_TRUE(leans);
+}
+
 }  // namespace
 }  // namespace weft

@@ -68,5 +68,14 @@ TEST(ObjWriterTest, RoomIsReservedForTheLongestNumbers) {
   EXPECT_LE(file->size(), writer->MaxFileBytes());
 }
 
+// The header with its end, 50 bytes a vertex, and what all frames have in common.
+TEST(ObjWriterTest, RoomIsThatOfItsParts) {
+  const SmallResult result;
+  auto source = result.Source();
+  ASSERT_TRUE(source.ok()) << source.status();
+  const ExportPlan plan = PlanOf(*source, ExportFormat::kObj, {});
+  EXPECT_EQ(MakeObjWriter(plan)->MaxFileBytes(), sizeof kObjStart + 4 * 50 + 16);
+}
+
 }  // namespace
 }  // namespace weft

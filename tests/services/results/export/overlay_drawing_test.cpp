@@ -87,5 +87,30 @@ TEST(DrawOverlayTest, NamesBackAndForth) {
   EXPECT_FALSE(OverlayKindFromName("x").ok());
 }
 
+TEST(DrawOverlayTest, ColoursCoverTheirShareOfThePicture) {
+  OverlayMesh mesh;
+  AddSquare(1000, {1, 0, 0.5F}, mesh);
+  const auto drawn = DrawOverlay(GreyPicture(), mesh, Camera(), OverlayKind::kState);
+  ASSERT_TRUE(drawn.ok()) << drawn.status();
+  // 55 of 100 of the colour on 45 of the grey.
+  EXPECT_EQ(PixelAt(*drawn, 60, 45), Eigen::Vector3i(185, 45, 115));
+  mesh.colors = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+  const auto mixed = DrawOverlay(GreyPicture(), mesh, Camera(), OverlayKind::kState);
+  ASSERT_TRUE(mixed.ok()) << mixed.status();
+  EXPECT_EQ(PixelAt(*mixed, 60, 40), Eigen::Vector3i(92, 92, 92)) << "the mean of the corners";
+}
+
+TEST(DrawOverlayTest, ColoursAreAsManyAsVertices) {
+  OverlayMesh mesh;
+  AddSquare(1000, {1, 0, 0}, mesh);
+  mesh.colors.pop_back();
+  EXPECT_EQ(DrawOverlay(GreyPicture(), mesh, Camera(), OverlayKind::kState).status(),
+            absl::InvalidArgumentError("colors: there are 3 for 4 vertices"));
+  EXPECT_TRUE(DrawOverlay(GreyPicture(), mesh, Camera(), OverlayKind::kNone).ok()) << "nothing is drawn";
+  EXPECT_EQ(OverlayKindFromName("x").status().message(),
+            "--overlay: \"x\" is not one of wireframe, state, sigma, none");
+  EXPECT_EQ(*OverlayKindFromName("none"), OverlayKind::kNone);
+}
+
 }  // namespace
 }  // namespace weft

@@ -87,5 +87,21 @@ TEST(PlyWriterTest, SaysWhatTheNumbersOfStatesMean) {
   EXPECT_THAT(ply.comments[1], HasSubstr("0 inferred, 1 observed, 2 by two views"));
 }
 
+// 45 bytes a vertex with all attributes, 38 a face with its places, and 2 KiB of header.
+TEST(PlyWriterTest, RoomIsThatOfAllAttributes) {
+  const SmallResult result;
+  auto source = result.Source();
+  ASSERT_TRUE(source.ok()) << source.status();
+  const ExportPlan plan = PlanOf(*source, ExportFormat::kPly, {});
+  EXPECT_EQ(MakePlyWriter(plan)->MaxFileBytes(), 2048u + 4 * 45 + 2 * 38);
+}
+
+TEST(PlyWriterTest, CommentsSayWhatTheNumbersAre) {
+  SmallResult result;
+  EXPECT_THAT(PlyOfFrame(result, 0, {}).comments,
+              ElementsAre("written by weft export; units and axes stand in export.json",
+                          "state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -41,5 +41,45 @@ TEST(TextureRaster, TheGutterIsFourTexelsWide) {
   EXPECT_EQ(values[0], Eigen::Vector4f(2, 4, 6, 2));
 }
 
+// Which face each texel belongs to, a row a line; a dot for none.
+std::string FacesOf(int size_px, const MeshTexture& texture, const std::vector<Face>& faces) {
+  const auto texels = RasterizeTexture(size_px, faces, texture, "--texture");
+  EXPECT_TRUE(texels.ok()) << texels.status();
+  std::string map;
+  for (size_t t = 0; t < texels->size(); ++t) {
+    map += (*texels)[t].face < 0 ? "." : std::to_string((*texels)[t].face);
+    if ((t + 1) % static_cast<size_t>(size_px) == 0) map += "\n";
+  }
+  return map;
+}
+
+TEST(TextureRaster, FacesCoverTheTexelsWhoseMiddleTheyHold) {
+  MeshTexture texture;
+  texture.of_vertex = {{0.25F, 0.25F}, {0.75F, 0.25F}, {0.75F, 1}, {-0.5F, 0.5F}};
+  const std::vector<Face> faces = {{0, 1, 2}, {0, 2, 3}, {0, 0, 1}};
+  EXPECT_EQ(FacesOf(8, texture, faces), R"(.....1..
+..1110..
+111100..
+111100..
+111000..
+110000..
+........
+........
+)");
+  texture.of_corner = {{Eigen::Vector2f(0, 0), {1, 0}, {1, 1}},
+                       {Eigen::Vector2f(0, 0), {0, 0}, {0, 0}},
+                       {Eigen::Vector2f(0, 0), {0, 0}, {0, 0}}};
+  EXPECT_EQ(FacesOf(4, texture, faces), "...0\n..00\n.000\n0000\n") << "corners of their own";
+}
+
+TEST(TextureRaster, TheGutterIsTheMeanOfTheTexelsAround) {
+  std::vector<Eigen::Vector4f> values(9, Eigen::Vector4f::Zero());
+  values[0] = {2, 0, 0, 1}, values[2] = {0, 4, 0, 1}, values[8] = {0, 0, 3, 2};
+  AddGutter(3, values);
+  EXPECT_EQ(values[1], Eigen::Vector4f(1, 2, 0, 1));
+  EXPECT_EQ(values[5], Eigen::Vector4f(0, 4.0F / 3, 1, 1)) << "by their weights";
+  EXPECT_EQ(values[8], Eigen::Vector4f(0, 0, 3, 2)) << "what is known stays";
+}
+
 }  // namespace
 }  // namespace weft

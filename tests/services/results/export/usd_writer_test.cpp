@@ -88,5 +88,94 @@ TEST(UsdWriterTest, VelocitiesAreASeparatePassThatAloneNeedsThem) {
                         "        0: [(0, 0, 100), (0, 0, 100), (0, 0, 100), (0, 0, 100)],\n"));
 }
 
+TEST(UsdWriterTest, TheWholeFileOfAllAttributes) {
+  EXPECT_EQ(UsdOf(SmallResult(), TraitsOf(ExportFormat::kUsda).carries), R"(#usda 1.0
+(
+    defaultPrim = "garment"
+    doc = "written by weft export"
+    startTimeCode = 0
+    endTimeCode = 2
+    metersPerUnit = 0.001
+    framesPerSecond = 10
+    timeCodesPerSecond = 10
+    upAxis = "Y"
+)
+
+def Mesh "garment"
+{
+    uniform token subdivisionScheme = "none"
+    uniform bool doubleSided = 1
+    float3[] extent = [(0, 0, 0), (100, 50, 20)]
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 0.5), (0, 0), (1, 0.5), (0, 0.5)] (
+        interpolation = "faceVarying"
+    )
+    float[] primvars:coverage = [0, 1, 1, 1] (
+        interpolation = "vertex"
+    )
+    point3f[] points.timeSamples = {
+        0: [(0, 0, 0), (100, 0, 0), (100, 50, 0), (0, 50, 0)],
+        1: [(0, 0, 10), (100, 0, 10), (100, 50, 10), (0, 50, 10)],
+        2: [(0, 0, 20), (100, 0, 20), (100, 50, 20), (0, 50, 20)],
+    }
+    vector3f[] velocities.timeSamples = {
+        0: [(0, 0, 100), (0, 0, 100), (0, 0, 100), (0, 0, 100)],
+        1: [(0, 0, 100), (0, 0, 100), (0, 0, 100), (0, 0, 100)],
+        2: [(0, 0, 100), (0, 0, 100), (0, 0, 100), (0, 0, 100)],
+    }
+    int[] primvars:state = [0, 2, 1, 1] (
+        interpolation = "vertex"
+    )
+    int[] primvars:state.timeSamples = {
+        0: [0, 2, 1, 1],
+        1: [0, 2, 1, 1],
+        2: [0, 2, 1, 1],
+    }
+    float[] primvars:sigma = [1.5, 0.5, 0.25, 0.25] (
+        interpolation = "vertex"
+    )
+    float[] primvars:sigma.timeSamples = {
+        0: [1.5, 0.5, 0.25, 0.25],
+        1: [1.5, 0.5, 0.25, 0.25],
+        2: [1.5, 0.5, 0.25, 0.25],
+    }
+    int[] primvars:views = [0, 2, 3, 3] (
+        interpolation = "vertex"
+    )
+    int[] primvars:views.timeSamples = {
+        0: [0, 2, 3, 3],
+        1: [0, 2, 3, 3],
+        2: [0, 2, 3, 3],
+    }
+}
+)");
+}
+
+TEST(UsdWriterTest, SeamsHaveAPlaceForEachCorner) {
+  const SmallResult result;
+  MeshTexture texture = SmallResult::Texture();
+  texture.of_corner = {{Eigen::Vector2f(0, 0), {1, 0}, {1, 0.5F}},
+                       {Eigen::Vector2f(0, 0.75F), {1, 0.5F}, {0, 0.5F}}};
+  for (int frame = 0; frame < SmallResult::kFrames; ++frame)
+    ASSERT_TRUE(
+        WriteRegisteredMesh(result.MeshFile(frame), SmallResult::MeshAt(frame), SmallResult::Faces(), texture)
+            .ok());
+  EXPECT_THAT(UsdOf(result, {ExportAttribute::kUv}),
+              HasSubstr("primvars:st = [(0, 0), (1, 0), (1, 0.5), (0, 0.75), (1, 0.5), (0, 0.5)] ("));
+}
+
+// 4096 and, of three frames and a first value, 51 bytes a point and 64 a line; 105 a face, 17 a vertex for
+// coverage.
+TEST(UsdWriterTest, RoomIsThatOfTheLongestNumbers) {
+  const SmallResult result;
+  auto source = result.Source();
+  ASSERT_TRUE(source.ok()) << source.status();
+  const ExportPlan points = PlanOf(*source, ExportFormat::kUsda, {});
+  EXPECT_EQ(MakeUsdWriter(points)->MaxFileBytes(), 4096u + 4 * (53 * 4 + 64) + 2 * 147 + 4 * 17);
+  const ExportPlan states = PlanOf(*source, ExportFormat::kUsda, {ExportAttribute::kState});
+  EXPECT_EQ(MakeUsdWriter(states)->MaxFileBytes(), 4096u + 4 * ((53 + 3) * 4 + 2 * 64) + 2 * 147 + 4 * 17);
+}
+
 }  // namespace
 }  // namespace weft
