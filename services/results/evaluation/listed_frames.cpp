@@ -69,7 +69,10 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
   if (dump != nullptr)
     for (size_t i = 0; i < dump->frame_names().size(); ++i)
       in_dump[dump->frame_names()[i]] = static_cast<int>(i);
-  const FrameSteps steps(dump != nullptr ? dump->frame_names() : names);
+  // Of frames that the dump lacks neither its order nor its times tell: then the names tell of all.
+  const bool by_dump =
+      dump != nullptr && std::ranges::all_of(names, [&](const auto& name) { return in_dump.contains(name); });
+  const FrameSteps steps(by_dump ? dump->frame_names() : names);
   std::vector<ListedFrame> frames;
   bool any_registered = false;
   for (size_t i = 0; i < names.size(); ++i) {
@@ -80,9 +83,9 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
     const bool is_registered = HoldsAnyFile(fs::path(result) / name);
     if (knows_job && !WasAskedFor(job, name, place) && !is_registered) continue;
     any_registered |= is_registered;
-    const bool has_time = dump_index >= 0 && static_cast<size_t>(dump_index) < times.positions.size();
-    const int64_t position =
-        has_time ? times.positions[dump_index] : steps.Between(0, static_cast<size_t>(place));
+    const bool has_time = by_dump && static_cast<size_t>(dump_index) < times.positions.size();
+    const int64_t position = has_time ? times.positions[dump_index]
+                                      : steps.Between(0, by_dump ? static_cast<size_t>(dump_index) : i);
     frames.push_back({name, position, dump_index});
   }
   const bool is_of_others = !truth.empty() && !any_registered && IsFolder(result);
