@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <random>
@@ -251,6 +250,40 @@ TEST_F(CompareJobsTest, DistancesAreSeenInThreeDimensions) {
   EXPECT_EQ(MemberOf<v1::PageSequence>(page, "meshes").frames(0).bytes(), bytes);
 }
 
+TEST_F(CompareJobsTest, TheRangeOfSigmaIsThatOfTheFirstMesh) {
+  const auto comparison = CompareJobs(Request("true", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  const std::string a = *folder_ / "true";
+  ASSERT_TRUE(WriteJsonFile(a + "/job.json", v1::Job()).ok());
+  for (const char* frame : {"0001", "0002", "later"}) {
+    v1::FrameReport report;
+    report.set_state(v1::FRAME_STATE_DONE);
+    std::filesystem::create_directories(a + "/" + frame);
+    ASSERT_TRUE(WriteJsonFile(a + "/" + frame + "/report.json", report).ok());
+  }
+  std::vector<std::string> notes;
+  const auto meshes = ComparisonSequence(*comparison, notes);
+  ASSERT_TRUE(meshes);
+  EXPECT_EQ(meshes->frames_size(), 2) << "of the frames that were compared";
+  EXPECT_NEAR(meshes->colorings(1).key().scale().high(), 0.1, 1e-6);
+  EXPECT_DOUBLE_EQ(meshes->colorings(2).key().scale().high(), 0.6);
+  EXPECT_EQ(meshes->colorings(2).key().scale().label(), "distance");
+  EXPECT_EQ(meshes->colorings(2).key().scale().unit(), "mm");
+  EXPECT_EQ(meshes->still().title(), "Mean distance over the frames, on the template");
+
+  JobComparison other = *comparison;
+  other.maps.distance_mm.clear();
+  EXPECT_FALSE(ComparisonSequence(other, notes)->has_still());
+  other.total.distance_mm.reset();
+  EXPECT_FALSE(ComparisonSequence(other, notes)) << "vertices have no counterpart";
+  other = *comparison;
+  std::swap(other.b.shape.faces.front(), other.b.shape.faces.back());
+  EXPECT_FALSE(ComparisonSequence(other, notes)) << "other faces";
+  std::filesystem::remove(a + "/job.json");
+  for (const char* frame : {"0001", "0002"}) std::filesystem::remove(a + "/" + frame + "/report.json");
+  std::filesystem::remove_all(a + "/later");
+}
+
 TEST_F(CompareJobsTest, FramesOfOneResultAloneAreLeftOut) {
   // Without a truth, frames are those of the results.
   ComparisonRequest request = Request("true", "short");
@@ -273,6 +306,40 @@ TEST_F(CompareJobsTest, ResultsOfOtherFramesAreRefused) {
   EXPECT_THAT(comparison.status().message(), AllOf(HasSubstr("other"), HasSubstr("no frame in common")));
   request.against = *folder_ / "nowhere";
   EXPECT_EQ(CompareJobs(request).status().code(), absl::StatusCode::kNotFound);
+}
+
+// Outcomes of measures that are constant apart from each other in all frames.
+TEST(CompareMeasures, OutcomesFollowWhatIsBetter) {
+  using enum ComparisonOutcome;
+  JobEvaluation low, high;
+  for (int f = 0; f < 6; ++f) {
+    for (auto* side : {&low, &high}) {
+      EvaluatedFrame& frame = side->frames.emplace_back();
+      const double add = side == &low ? 0 : 0.5;
+      frame.metrics.coverage = 0.25 + add;
+      frame.metrics.distortion_mm = 1 + add;
+      frame.metrics.two_view_share = 0.25 + add;
+      frame.metrics.jitter_of_truth_mm = ErrorSummary{.count = 1, .mean = 1 + add};
+      frame.metrics.error_change_mm = ErrorSummary{.count = 1, .mean = 1};
+      frame.metrics.error_change_mm_s = ErrorSummary{.count = 1, .mean = 30};
+    }
+  }
+  const auto outcomes = [](const JobEvaluation& a, const JobEvaluation& b) {
+    std::string text;
+    for (const ComparedMeasure& compared : CompareMeasures(a, b))
+      text += std::string(compared.measure->name) + " " + OutcomeText(compared.outcome) +
+              absl::StrFormat(" %g\n", compared.p_adjusted);
+    return text;
+  };
+  EXPECT_EQ(outcomes(low, high),
+            "coverage B is better 0\ntwo_view_share A is lower 0\ngeodesic_distortion_mm A is better 0\n"
+            "error_change_mm no significant difference 1\nerror_change_mm_s no significant difference 1\n");
+  low.fps = high.fps = 30;
+  EXPECT_EQ(outcomes(high, low),
+            "coverage A is better 0\ntwo_view_share A is higher 0\ngeodesic_distortion_mm B is better 0\n"
+            "error_change_mm_s no significant difference 1\n");
+  low.fps = 0;
+  EXPECT_THAT(outcomes(high, low), HasSubstr("error_change_mm no"));
 }
 
 }  // namespace
