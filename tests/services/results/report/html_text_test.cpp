@@ -9,6 +9,8 @@ TEST(HtmlText, MarkupAndQuotesAreEscaped) {
   EXPECT_EQ(EscapeHtml("<a href=\"x\">'&'</a>"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
 }
 
+TEST(HtmlText, NamesAreIsolated) { EXPECT_EQ(NameHtml("<a>"), "<bdi>&lt;a&gt;</bdi>"); }
+
 TEST(HtmlText, BytesThatAreNoTextAreReplacedOneByOne) {
   EXPECT_EQ(EscapeHtml("a\xFF\x01"
                        "b\n\tc"),
@@ -31,6 +33,12 @@ TEST(HtmlText, NumbersAreGroupedInThrees) {
             "1,234,567");
   EXPECT_EQ(FormatNumber(1204.5, 1), "1,204.5");
   EXPECT_EQ(FormatNumber(-0.001, 2), "0.00");
+  EXPECT_EQ(FormatNumber(-1204.5, 0),
+            "\xE2\x88\x92"
+            "1,204");
+  EXPECT_EQ(FormatNumber(0, 2), "0.00");
+  EXPECT_EQ(FormatCount(0), "0");
+  EXPECT_EQ(FormatCount(100'000), "100,000");
   EXPECT_EQ(FormatNumber(kNoNumber, 2), "\xE2\x80\x93");
   EXPECT_EQ(Counted(1, "frame", "frames"), "1 frame");
   EXPECT_EQ(Counted(1200, "frame", "frames"), "1,200 frames");
@@ -40,6 +48,9 @@ TEST(HtmlText, OnlyTheWholeIsAHundredPercent) {
   EXPECT_EQ(FormatPercent(1), "100.0\xC2\xA0%");
   EXPECT_EQ(FormatPercent(0.9997), "99.9\xC2\xA0%");
   EXPECT_EQ(FormatPercent(0.952), "95.2\xC2\xA0%");
+  EXPECT_EQ(FormatPercent(0.99899), "99.9\xC2\xA0%");
+  EXPECT_EQ(FormatPercent(1.5), "150.0\xC2\xA0%");
+  EXPECT_EQ(FormatPercent(kNoNumber), "\xE2\x80\x93");
 }
 
 // RFC 4648, section 10.

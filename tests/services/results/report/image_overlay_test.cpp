@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <memory>
 
@@ -118,6 +119,89 @@ TEST(CamerasToShow, AreTheBestOneAndTheBestFromAnotherSide) {
   EXPECT_THAT(CamerasToShow(rig, report), ElementsAre(1, 4));
   report.clear_views();
   EXPECT_TRUE(CamerasToShow(rig, report).empty());
+}
+
+// A picture read back, with the value of a channel at a place.
+class Shown {
+ public:
+  explicit Shown(const absl::StatusOr<MeshPicture>& picture) {
+    EXPECT_TRUE(picture.ok()) << picture.status();
+    const TempFolder folder;
+    WriteBytes(folder / "overlay.jpg", picture->bytes);
+    const auto read = ReadImageFile(folder / "overlay.jpg");
+    EXPECT_TRUE(read.ok()) << read.status();
+    image_ = *read;
+    EXPECT_EQ(image_.width_px, picture->width_px);
+    EXPECT_EQ(image_.height_px, picture->height_px);
+  }
+  int At(int x, int y, int channel = 1) const {
+    return image_.row(y)[3 * static_cast<ptrdiff_t>(x) + channel];
+  }
+  std::string Size() const {
+    return std::to_string(image_.width_px) + "x" + std::to_string(image_.height_px);
+  }
+
+ private:
+  Frame image_;
+};
+
+// The square covers pixels 100 to 299 of the image; the picture begins at its pixel 87.
+TEST(ImageOverlay, TheOutlineIsBlackInsideAndWhiteOutside) {
+  const Square square = MakeSquare();
+  const Shown shown(DrawOverlay(GreyImage(128), Camera(), square.mesh, square.faces, {.jpeg_quality = 100}));
+  EXPECT_EQ(shown.Size(), "226x226");
+  for (const auto& [beside, outside, edge, inside] :
+       {std::array{10, 12, 13, 16}, std::array{215, 213, 212, 209}}) {
+    EXPECT_NEAR(shown.At(beside, 60), 128, 12);
+    EXPECT_GT(shown.At(outside, 60), 225);
+    EXPECT_LT(shown.At(edge, 60), 30);
+    EXPECT_NEAR(shown.At(60, beside), 128, 12);
+    EXPECT_GT(shown.At(60, outside), 225);
+    EXPECT_LT(shown.At(60, edge), 30);
+    EXPECT_NEAR(shown.At(60, inside), 128, 12);
+  }
+  // Half of the grey and half of the colour.
+  for (const auto& [channel, value] : {std::pair{0, 179}, {1, 143}, {2, 64}})
+    EXPECT_NEAR(shown.At(160, 60, channel), value, 4);
+  const Shown faint(
+      DrawOverlay(GreyImage(128), Camera(), square.mesh, square.faces, {.tint = 0.25, .jpeg_quality = 100}));
+  EXPECT_NEAR(faint.At(160, 60, 2), 96, 4);
+}
+
+TEST(ImageOverlay, PicturesAreAsLargeAsTheyMayBe) {
+  const Square square = MakeSquare();
+  const auto size = [&](const OverlayOptions& options) {
+    return Shown(DrawOverlay(GreyImage(128), Camera(), square.mesh, square.faces, options)).Size();
+  };
+  EXPECT_EQ(size({.width_px = 113}), "113x113");
+  EXPECT_EQ(size({.height_px = 50}), "50x50");
+  EXPECT_EQ(size({.margin_share = 0}), "202x202");
+  EXPECT_EQ(size({.margin_share = 9}), "400x400") << "the image ends there";
+}
+
+// Cloth before other cloth has an outline where the step is more than 15 pixels of depth.
+TEST(ImageOverlay, StepsInDepthHaveAnOutline) {
+  const auto at_edge = [](double near_mm) {
+    Square square = MakeSquare();
+    for (VertexState& state : square.mesh.state) state = VertexState::kObserved;
+    const int first = static_cast<int>(square.mesh.vertices_mm.size());
+    for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+      square.mesh.vertices_mm.emplace_back(0.1 * near_mm * x, 0.1 * near_mm * y, near_mm);
+      square.mesh.state.push_back(VertexState::kObserved);
+    }
+    square.faces.push_back({first, first + 3, first + 2});
+    square.faces.push_back({first, first + 2, first + 1});
+    const Shown shown(
+        DrawOverlay(GreyImage(128), Camera(), square.mesh, square.faces, {.jpeg_quality = 100}));
+    // It spans pixels 150 to 249 of the image.
+    return std::pair(shown.At(62, 113), shown.At(63, 113));
+  };
+  const auto [white, black] = at_edge(965);
+  EXPECT_GT(white, 225);
+  EXPECT_LT(black, 30);
+  const auto [beside, inside] = at_edge(975);
+  EXPECT_NEAR(beside, 128, 6);
+  EXPECT_NEAR(inside, 128, 6);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "services/results/report/driven_sigma.h"
 #include "services/results/report/job_summary.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/results/report/proto_text.h"
 #include "tests/services/results/report/sample_job.h"
 
 namespace weft {
@@ -247,6 +248,129 @@ TEST(JobPage, DrivenMeshesHaveAKeyOfTheirOwn) {
       JobPageOf({.job = {}, .frames = {}, .pictures = {frame, driven}, .notes = {}, .sequence = {}});
   EXPECT_EQ(page.pictures(0).state_key().entries(2).meaning(), "inferred from the cloth around it");
   EXPECT_THAT(page.pictures(1).state_key().entries(2).meaning(), HasSubstr("driven: "));
+}
+
+// Everything of the page but the options, which are listed in the pipeline's order.
+TEST(JobPage, EveryPartIsThatOfTheJob) {
+  std::vector<v1::FrameReport> frames = {SampleFrame(0, 1), SampleFrame(1, 1)};
+  frames[1].set_state(v1::FRAME_STATE_FAILED), frames[1].set_reason("too dark"),
+      frames[1].set_set_aside(true);
+  frames[1].set_views_missing(2);
+  for (v1::FrameReport& frame : frames) {
+    frame.mutable_mesh()->clear_stages();
+    frame.mutable_cloud()->clear_rejected();
+    frame.clear_stages();
+    frame.set_total_ms(4000);
+  }
+  frames[0].mutable_mesh()->set_observed(9000), frames[0].mutable_mesh()->set_coverage(0.75);
+  frames[0].add_unknown_cameras("x");
+  v1::StageTime& stage = *frames[0].add_stages();
+  stage.set_stage("decode"), stage.set_time_ms(2900);
+  v1::Job job = SampleJob(frames);
+  job.mutable_spec()->mutable_options()->set_preset("paper");
+  job.mutable_spec()
+      ->mutable_options()
+      ->mutable_pipeline()
+      ->mutable_triangulation()
+      ->mutable_consensus()
+      ->set_min_views(4);
+  v1::JobPage page =
+      JobPageOf({.job = job, .frames = frames, .pictures = {}, .notes = {"a note"}, .sequence = {}});
+  page.clear_paper();
+  ASSERT_EQ(page.options_size(), 1);
+  EXPECT_EQ(page.options(0).path(), "triangulation.consensus.min_views");
+  EXPECT_EQ(page.options(0).value(), "4");
+  EXPECT_NE(page.options(0).preset(), "");
+  EXPECT_NE(page.options(0).meaning(), "");
+  page.clear_options();
+  EXPECT_EQ(page.DebugString(),
+            TextOf<v1::JobPage>(
+                R"(job { id: "job-7" spec { dump: "/takes/jersey_03" rig: "/rigs/dome/rig.json" board:
+"/boards/shirt/board.json" garment: "/templates/shirt" out: "/results/jersey_03" options { preset:
+"paper" } } state: JOB_STATE_DONE frames { total: 2 done: 1 failed: 1 } inputs { rig: "00112233445566aa"
+board: "0f1e2d3c4b5a6978" garment: "8796a5b4c3d2e1f0" } created_unix_ns: 1790000000000000000
+started_unix_ns: 1790000002000000000 finished_unix_ns: 1790000052000000000 weft_version: "0.1.0" verdict
+{ grade: GRADE_BAD reason: "1 of 2 frames could not be registered: too dark" remedy:
+"See the reasons in the table of frames of report.html, fix them, and run the same command again." checks
+{ id: "decode.cells" name: "cells decoded in an image, mean" grade: GRADE_GOOD value: "905.5" limits:
+"good from 20, usable from 2" } checks { id: "register.rays_meet" name:
+"cells and corners at which the cameras\' rays meet" grade: GRADE_GOOD value: "100.0 %" limits:
+"good from 90 %, usable from 70 %" } checks { id: "register.cameras_known" name:
+"cameras of the recording that the rig has" grade: GRADE_USABLE value: "50.0 %" limits:
+"good from 100 %, usable from 50 %" } checks { id: "register.on_template" name:
+"triangulated cells that the template has" grade: GRADE_GOOD value: "98.5 %" limits:
+"good from 50 %, usable from 0 %" } checks { id: "register.frames" name: "frames registered" grade:
+GRADE_BAD value: "50.0 %" limits: "good from 100 %, usable from 90 %" } checks { id: "register.images"
+name: "images that could be used" grade: GRADE_GOOD value: "100.0 %" limits:
+"good from 99 %, usable from 50 %" } checks { id: "register.coverage" name:
+"cells of the garment that were observed" grade: GRADE_GOOD value: "75.0 %" limits:
+"good from 60 %, usable from 20 %" } others { grade: GRADE_USABLE reason:
+"1 of 2 cameras of the recording is not in the rig, their images were not used: x" remedy:
+"Register with the rig of this take; calibrate one of all of its cameras." } } } headline:
+"1 of 2 frames registered, 75.0\302\240% of the cells observed." remarks: "1 frame failed: too dark"
+notes: "a note" figures { registered: 1 coverage: 0.75 lowest_coverage: 0.75 lowest_coverage_frame:
+"000000" highest_coverage: 0.75 median_cells: 11600 median_rays: nan median_residual_px: nan
+median_sigma_mm: 0.087000000000000008 median_frame_ms: 4000 peak_memory_mib: 412 wall_ms: 50000
+unknown_cameras: 1 } frames { frame: "000000" state: FRAME_STATE_DONE views_used: 1 cloud { centers:
+11600 corners: 11200 median_views: 7 median_sigma_mm: 0.09 } mesh { vertices: 13000 vertices_with_cell:
+12000 observed: 9000 unclaimed_points: 176 coverage: 0.75 median_observed_sigma_mm: 0.087000000000000008
+} stages { stage: "decode" time_ms: 2900 } total_ms: 4000 threads: 2 } frames { frame: "000001" state:
+FRAME_STATE_FAILED reason: "too dark" set_aside: true views_used: 1 views_missing: 2 cloud { centers:
+11696 corners: 11200 median_views: 7 median_sigma_mm: 0.09 } mesh { vertices: 13000 vertices_with_cell:
+12000 observed: 11520 unclaimed_points: 176 coverage: 0.96 median_observed_sigma_mm: 0.0865103302475615 }
+total_ms: 4000 threads: 2 } cameras { camera: "400000" frames_seen: 2 centers: 1811 corners: 1971
+patches_accepted: 6 patches_rejected { reason: "too small" count: 25 } patches_rejected { reason:
+"no margin over the runner-up" count: 2 } residual_px: nan median_grey_levels: nan } preset: "paper")"));
+}
+
+TEST(JobPage, FramesOfATakeAreNamedOnTheSet) {
+  const TempFolder folder;
+  WriteBytes(folder / "take.json",
+             R"({"slate": "12A", "name": "3", "notes": "windy", "timecode": "01:02:03:04"})");
+  v1::Job job;
+  job.mutable_spec()->set_dump(folder.path());
+  std::string facts;
+  const v1::JobPage page = PageOf(job, {});
+  for (const v1::NamedValue& fact : page.take()) facts += fact.name() + " " + fact.value() + ", ";
+  EXPECT_EQ(facts, "Slate 12A, Take 3, Notes windy, Timecode 01:02:03:04, ");
+  job.mutable_spec()->mutable_work();
+  EXPECT_THAT(PageOf(job, {}).take(), IsEmpty()) << "operations have no take";
+}
+
+TEST(JobPage, PicturesHaveTheirKeysAndTheStillIsTheFirst) {
+  FramePictures none{.frame = "0", .why_shown = "failed"};
+  FramePictures frame{.frame = "1", .why_shown = "first frame", .by_state = {{"Front", "x", 4, 3}}};
+  frame.by_sigma = {{"Front", "y", 5, 6}}, frame.sigma_range_mm = {0, 0.5};
+  frame.in_images = {{"Camera a", "z", 7, 8, "image/jpeg"}};
+  v1::PageSequence sequence;
+  sequence.add_frames()->set_name("1");
+  const v1::JobPage page =
+      JobPageOf({.job = {}, .frames = {}, .pictures = {none, frame}, .notes = {}, .sequence = sequence});
+  ASSERT_EQ(page.pictures_size(), 2);
+  v1::PageFramePictures shown = page.pictures(1);
+  EXPECT_EQ(shown.state_key().entries_size(), 3);
+  shown.clear_state_key();
+  shown.mutable_sigma_key()->mutable_scale()->clear_colors();
+  EXPECT_EQ(
+      shown.DebugString(),
+      TextOf<v1::PageFramePictures>(
+          R"(frame: "1" why_shown: "first frame" by_state { title: "Front" bytes: "x" type: "image/png" width_px: 4
+height_px: 3 } by_sigma { title: "Front" bytes: "y" type: "image/png" width_px: 5 height_px: 6 }
+sigma_key { scale { high: 0.5 label: "sigma" unit: "mm" } } in_images { title: "Camera a" bytes: "z"
+type: "image/jpeg" width_px: 7 height_px: 8 })"));
+  EXPECT_EQ(page.sequence().still().title(), "Frame 1, colours: state");
+  EXPECT_EQ(page.sequence().still().bytes(), "x");
+}
+
+TEST(JobPage, AVerdictThatTheJobHasIsKept) {
+  v1::Job job = SampleJob({});
+  job.mutable_verdict()->set_grade(v1::GRADE_USABLE);
+  job.mutable_verdict()->set_reason("as it was");
+  EXPECT_EQ(PageOf(job, {}).job().verdict().reason(), "as it was");
+  EXPECT_EQ(PageOf(job, {}).preset(), "best");
+  job.mutable_spec()->mutable_options()->set_preset("no such");
+  EXPECT_EQ(PageOf(job, {}).preset(), "no such");
+  EXPECT_THAT(PageOf(job, {}).options(), IsEmpty());
 }
 
 }  // namespace

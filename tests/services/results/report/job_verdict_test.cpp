@@ -7,7 +7,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/json_file.h"
+#include "services/formats/verdict/verdict.h"
 #include "services/results/report/job_summary.h"
+#include "tests/capture/temp_folder.h"
 
 namespace weft {
 namespace {
@@ -241,6 +244,99 @@ TEST(JobVerdict, ClothLargerThanItsPrintCounts) {
     view.mutable_agreement()->set_perspective_sigma(0.005);
   }
   EXPECT_THAT(AssessJob(JobOf(1, 0), {frame}).reason(), HasSubstr("lenses of the rig"));
+}
+
+// What a report says whose job has a bit of everything.
+TEST(JobVerdict, EveryCheckStandsInTheText) {
+  std::vector<v1::FrameReport> frames = {ReportOf("0"), ReportOf("1"), ReportOf("2")};
+  frames[2].set_state(v1::FRAME_STATE_FAILED), frames[2].set_reason("too dark");
+  frames[1].set_state(v1::FRAME_STATE_DEGRADED);
+  for (v1::FrameReport& frame : frames) Reject(frame, "no_consensus", 30);
+  frames[1].mutable_views(3)->set_missing_reason("d.png: no such file");
+  frames[0].mutable_mesh()->set_unclaimed_points(19);
+  v1::ScanReport& scan = *frames[0].mutable_mesh()->mutable_scan();
+  scan.set_points(1000), scan.set_found(900), scan.set_median_distance_mm(0.5);
+  v1::Job job = JobOf(2, 1);
+  const v1::Verdict verdict = AssessJob(job, frames);
+  EXPECT_EQ(VerdictText(verdict), R"(bad: 1 of 3 frames could not be registered: too dark
+  remedy: See the reasons in the table of frames of report.html, fix them, and run the same command again.
+  bad: frames registered: 66.7 % (good from 100 %, usable from 90 %)
+  usable: images that could be used: 91.7 % (good from 99 %, usable from 50 %)
+  usable: 1 of 12 images could not be used, the first: d.png: no such file
+)");
+  std::string checks;
+  for (const v1::VerdictCheck& check : verdict.checks()) checks += check.id() + " " + check.value() + "\n";
+  EXPECT_EQ(checks, R"(decode.cells 109.1
+register.rays_meet 92.5 %
+register.cameras_known 100.0 %
+register.on_template 96.7 %
+register.scan_points 90.0 %
+register.scan_distance 0.50 mm
+register.frames 66.7 %
+register.images 91.7 %
+register.coverage 90.0 %
+)");
+}
+
+TEST(JobVerdict, JobsThatFailedSayWhyAndWhatToDo) {
+  v1::Job job = JobOf(0, 0);
+  job.set_state(v1::JOB_STATE_FAILED);
+  EXPECT_EQ(VerdictText(AssessJob(job, {})), "good: 0 of 0 frames registered\n");
+  job.set_message("rig.json: no such file");
+  EXPECT_EQ(
+      VerdictText(AssessJob(job, {})),
+      "bad: rig.json: no such file\n  remedy: Fix what the message names, and run the same command again.\n");
+  v1::FrameReport failed = ReportOf("0");
+  failed.set_state(v1::FRAME_STATE_FAILED), failed.set_reason("too dark");
+  job = JobOf(0, 1);
+  job.set_state(v1::JOB_STATE_FAILED), job.set_message("all frames failed");
+  EXPECT_EQ(AssessJob(job, {failed}).reason(), "1 of 1 frame could not be registered: too dark");
+  job.mutable_driven();
+  EXPECT_EQ(AssessJob(job, {failed}).reason(), "1 of 1 frame could not be driven: too dark");
+}
+
+TEST(JobVerdict, AMapThatMovesAlongOneAxisIsNotSure) {
+  v1::FrameReport moved = ReportOf("0");
+  v1::MapPlaceReport& place = *moved.mutable_mesh()->mutable_map_fits();
+  place.set_rows(2), place.set_cols(0), place.set_cells(100), place.set_outside(30),
+      place.set_outside_there(1);
+  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {moved});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_EQ(verdict.reason(),
+            "the template's map is of another place of the board, or lacks cells at one border: 30 of 100 "
+            "triangulated "
+            "cells have no vertex, 1 have none once its rows move by 2 and its columns by 0");
+  EXPECT_EQ(verdict.remedy(),
+            "Rows and columns of a map count from 0, from the board's corner at the top left: correct it, "
+            "and import "
+            "the template again.");
+  place.set_rows(0), place.set_cols(2);
+  EXPECT_EQ(AssessJob(JobOf(1, 0), {moved}).grade(), v1::GRADE_USABLE);
+}
+
+TEST(JobVerdict, FewNodesSayNothingOfTheRays) {
+  const auto has_rays = [](int points, int apart) {
+    v1::FrameReport frame;
+    frame.set_state(v1::FRAME_STATE_DONE);
+    frame.mutable_cloud()->set_centers(points);
+    Reject(frame, "no_consensus", apart);
+    const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
+    for (const v1::VerdictCheck& check : verdict.checks())
+      if (check.id() == "register.rays_meet") return check.value();
+    return std::string("none");
+  };
+  EXPECT_EQ(has_rays(80, 19), "none");
+  EXPECT_EQ(has_rays(80, 20), "80.0 %");
+}
+
+TEST(JobVerdict, OfAFolderIsThatOfItsFrames) {
+  const TempFolder folder;
+  v1::FrameReport frame = ReportOf("0");
+  std::filesystem::create_directories(folder / "0");
+  ASSERT_TRUE(WriteJsonFile(folder / "0/report.json", frame).ok());
+  EXPECT_EQ(AssessJobFolder(folder.path(), JobOf(1, 0)).DebugString(),
+            AssessJob(JobOf(1, 0), {frame}).DebugString());
+  EXPECT_EQ(AssessJobFolder("/nowhere", JobOf(1, 0)).DebugString(), AssessJob(JobOf(1, 0), {}).DebugString());
 }
 
 }  // namespace

@@ -69,5 +69,40 @@ TEST(MeshColors, WhatIsNoNumberIsGrey) {
 
 TEST(MeshColors, HexadecimalColoursAreClamped) { EXPECT_EQ(HexColor({-1, 0.2f, 2}), "#0033ff"); }
 
+// Colours of pages that were written before; each as it stands on them.
+TEST(MeshColors, ColoursStay) {
+  std::string map;
+  for (int i = 0; i <= 8; ++i) map += HexColor(MapColor(i / 8.0)) + " ";
+  EXPECT_EQ(map, R"(#39346b #334e82 #276992 #19839b #259d9d #4ab598 #7acb8c #b2dc78 #f1e75c )");
+  std::string diverging;
+  for (const double value : {-1.0, -0.5, 0.0, 0.25, 1.0}) diverging += HexColor(DivergingColor(value)) + " ";
+  EXPECT_EQ(diverging, "#2a60a8 #8faacc #f4f4f0 #efd7ba #de7e18 ");
+  std::string states;
+  for (int state = 0; state < 5; ++state)
+    states += HexColor(StateColor(static_cast<VertexState>(state))) + " ";
+  EXPECT_EQ(states, "#e69e00 #57b5e8 #009e73 #8c4080 #f0e342 ");
+  EXPECT_EQ(HexColor(UnknownColor()), "#8c8c8c");
+  EXPECT_EQ(HexColor(ClothColor()), "#ccc9c2");
+  EXPECT_EQ(PlainColors(2), (std::vector<Eigen::Vector3f>{ClothColor(), ClothColor()}));
+  EXPECT_EQ(StateColors({VertexState::kTwoView}),
+            (std::vector<Eigen::Vector3f>{StateColor(VertexState::kTwoView)}));
+}
+
+TEST(MeshColors, EachRoundNumberEndsAScale) {
+  std::string ends;
+  for (const double most :
+       {0.1, 0.101, 0.15, 0.16, 0.2, 0.21, 0.31, 0.41, 0.51, 0.61, 0.81, 1000.0, 1000.002})
+    ends += std::to_string(RoundRange({most}).high) + " ";
+  EXPECT_EQ(
+      ends,
+      "0.100000 0.150000 0.150000 0.200000 0.200000 0.300000 0.400000 0.500000 0.600000 0.800000 1.000000 "
+      "1000.000000 1500.000000 ");
+  EXPECT_EQ(RoundRange({1, 2, 3, 4, 5}, 0.5).high, 3);
+  EXPECT_EQ(RoundRange({1, 2, 3, 4, 5}, 0.51).high, 4) << "the next one";
+  EXPECT_EQ(RoundRange({1, 2, 3, 4, 5}, 0).high, 1);
+  EXPECT_EQ(RoundRange({0.1, 0.2}).low, 0);
+  EXPECT_EQ(ScalarColor(1, {-1, 4}), DivergingColor(0.25)) << "the farther end";
+}
+
 }  // namespace
 }  // namespace weft

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "absl/strings/str_cat.h"
 #include "services/results/report/mesh_colors.h"
 
 namespace weft {
@@ -244,6 +245,62 @@ TEST(MeshColors, DifferencesDivergeFromNearlyWhite) {
   EXPECT_GT(none.minCoeff(), 0.9f);
   EXPECT_EQ(ScalarColor(std::nan(""), range), UnknownColor());
   EXPECT_EQ(ScalarColor(-5, range), less);
+}
+
+// The light comes from above, on the left, from before the sheet: sheets that lean are lit by how far they
+// face it.
+TEST(MeshView, LightIsThatOfTheSurfacesTurn) {
+  const auto lit = [](double turn_deg, const Eigen::Vector3d& axis, MeshSide side, double shading) {
+    TriangleMesh mesh;
+    AddSquare(50, 0, mesh);
+    const Eigen::AngleAxisd turn(turn_deg * M_PI / 180, axis);
+    for (Eigen::Vector3d& vertex : mesh.vertices_mm) vertex = turn * vertex;
+    MeshViewOptions options;
+    options.width_px = options.height_px = 60, options.shading = shading;
+    Viewpoint viewpoint;
+    if (side == MeshSide::kBack) viewpoint.right *= -1, viewpoint.towards_viewer *= -1;
+    const auto view =
+        RenderMesh(mesh, std::vector<Eigen::Vector3f>(4, {0.5F, 0.75F, 0.25F}), viewpoint, options);
+    EXPECT_TRUE(view.ok()) << view.status();
+    const std::array<int, 4> pixel = PixelAt(*view, 30, 30);
+    return absl::StrCat(pixel[0], " ", pixel[1], " ", pixel[2]);
+  };
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+  EXPECT_EQ(lit(0, x, MeshSide::kFront, 0), "128 191 64");
+  EXPECT_EQ(lit(0, x, MeshSide::kFront, 1), R"(115 174 57)");
+  EXPECT_EQ(lit(0, x, MeshSide::kFront, 0.5), R"(122 183 61)");
+  EXPECT_EQ(lit(40, x, MeshSide::kFront, 1), R"(83 127 39)");
+  EXPECT_EQ(lit(-40, x, MeshSide::kFront, 1), R"(126 190 63)");
+  EXPECT_EQ(lit(40, y, MeshSide::kFront, 1), R"(122 184 61)");
+  EXPECT_EQ(lit(-40, y, MeshSide::kFront, 1), R"(90 136 43)");
+  EXPECT_EQ(lit(0, x, MeshSide::kBack, 1), R"(87 132 41)");
+  EXPECT_EQ(lit(40, x, MeshSide::kBack, 0.5), R"(96 145 46)");
+}
+
+TEST(MeshView, OptionsEndWhereTheirTextsSay) {
+  const auto message = [](const auto& change) {
+    MeshViewOptions options;
+    change(options);
+    return std::string(options.Validate().message());
+  };
+  EXPECT_EQ(message([](auto& o) { o.width_px = 0; }),
+            "width_px and height_px: are 0 x 560, must be positive");
+  EXPECT_EQ(message([](auto& o) { o.height_px = 0; }),
+            "width_px and height_px: are 480 x 0, must be positive");
+  EXPECT_EQ(message([](auto& o) { o.supersampling = 0; }), "supersampling: is 0, must be 1 to 16");
+  EXPECT_EQ(message([](auto& o) { o.supersampling = 17; }), "supersampling: is 17, must be 1 to 16");
+  EXPECT_EQ(message([](auto& o) { o.supersampling = 16; }), "");
+  EXPECT_EQ(message([](auto& o) { o.width_px = o.height_px = 10'000, o.supersampling = 1; }), "");
+  EXPECT_EQ(message([](auto& o) { o.width_px = 10'001, o.height_px = 10'000, o.supersampling = 1; }),
+            "width_px, height_px, supersampling: more than 100000000 samples; lower one");
+  EXPECT_EQ(message([](auto& o) { o.width_px = o.height_px = 5'001, o.supersampling = 2; }),
+            "width_px, height_px, supersampling: more than 100000000 samples; lower one");
+  EXPECT_EQ(message([](auto& o) { o.margin_px = -1; }), "margin_px: is -1, leaves no picture");
+  EXPECT_EQ(message([](auto& o) { o.margin_px = 240; }), "margin_px: is 240, leaves no picture");
+  EXPECT_EQ(message([](auto& o) { o.margin_px = 239; }), "");
+  EXPECT_EQ(message([](auto& o) { o.shading = 1.01; }), "shading: is 1.01, must be 0 to 1");
+  EXPECT_EQ(message([](auto& o) { o.shading = -0.01; }), "shading: is -0.01, must be 0 to 1");
+  EXPECT_EQ(message([](auto& o) { o.shading = 0; }), "");
 }
 
 }  // namespace

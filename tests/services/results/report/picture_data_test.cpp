@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/services/results/report/proto_text.h"
+
 namespace weft {
 namespace {
 
@@ -38,6 +40,25 @@ TEST(PictureData, PicturesKeepTheirBytes) {
   EXPECT_EQ(picture.title() + picture.type(), "Frontimage/png");
   EXPECT_EQ(picture.bytes(), "\x89PNG");
   EXPECT_EQ(picture.width_px() * 10 + picture.height_px(), 43);
+}
+
+TEST(PictureData, EachStateHasItsMeaning) {
+  using enum VertexState;
+  EXPECT_EQ(
+      StateKey({kObserved, kTwoView, kInferred, kBridged, kDriven}).DebugString(),
+      TextOf<v1::PageKey>(
+          R"(entries { color: "#57b5e8" meaning: "observed: measured in this frame" } entries { color: "#009e73"
+meaning: "measured by two cameras only" } entries { color: "#e69e00" meaning:
+"inferred from the cloth around it" } entries { color: "#8c4080" meaning:
+"bridged: from the frames around" } entries { color: "#f0e342" meaning:
+"driven: by the garment\'s avatar and at most one camera" })"));
+}
+
+TEST(PictureData, ScalesHaveSeventeenColours) {
+  const v1::PageScale scale = ScaleKey({0, 4}, "a", "b").scale();
+  ASSERT_EQ(scale.colors_size(), 17);
+  EXPECT_EQ(scale.colors(4), HexColor(MapColor(0.25)));
+  EXPECT_EQ(scale.low(), 0);
 }
 
 }  // namespace

@@ -95,5 +95,51 @@ TEST(SequenceView, LongTakesAreThinnedSoThatPagesOpenAtOnce) {
   }
 }
 
+TEST(SequenceView, SizesOfPagesAreFixed) {
+  EXPECT_EQ(SequenceVertices(0, 2), 16'000u);
+  EXPECT_EQ(SequenceVertices(140, 2), 16'000u);
+  EXPECT_EQ(SequenceVertices(150, 2), 15'000u) << "18 MB of 150 frames with 8 bytes a vertex";
+  EXPECT_EQ(SequenceVertices(300, 2), 7'500u);
+  EXPECT_EQ(SequenceVertices(301, 2), 7'500u) << "no more frames are shown";
+  EXPECT_EQ(SequenceVertices(300, 4), 6'000u);
+  EXPECT_EQ(SequenceFrames(300).size(), 300u);
+  EXPECT_EQ(SequenceFrames(300)[299], 299u);
+  EXPECT_EQ(SequenceFrames(301).size(), 300u);
+  EXPECT_EQ(SequenceFrames(301)[299], 300u);
+  EXPECT_EQ(SequenceFrames(301)[1], 1u);
+}
+
+TEST(SequenceView, FramesKnowTheirMiddleAndTheSequenceItsRadius) {
+  v1::PageSequence sequence = Triangle();
+  AddFrame(FrameOf("1", 0), sequence);
+  // Corners at (0, 100), (300, 100) and (0, 600.5); their mean is at (100, 266.83).
+  ASSERT_EQ(sequence.frames(0).center_mm_size(), 3);
+  EXPECT_NEAR(sequence.frames(0).center_mm(0), 100, 1e-4);
+  EXPECT_NEAR(sequence.frames(0).center_mm(1), 500.5 / 3, 1e-4);
+  EXPECT_NEAR(sequence.frames(0).center_mm(2), 0, 1e-4);
+  EXPECT_NEAR(sequence.radius_mm(), std::hypot(100, 2 * 500.5 / 3), 1e-4);
+  AddFrame({"2", "", {{7, 8, 9}}, {{1}}}, sequence);
+  EXPECT_EQ(sequence.frames(1).step_mm(), 1) << "a point has no extent";
+  EXPECT_NEAR(sequence.radius_mm(), std::hypot(100, 2 * 500.5 / 3), 1e-4) << "of the largest frame";
+  EXPECT_THAT(sequence.right(), ElementsAre(1, 0, 0));
+}
+
+TEST(SequenceView, PalettesHaveAnEntryForEachPartOfTheRange) {
+  EXPECT_EQ(PaletteIndex(1, {0, 2}), 127);
+  EXPECT_EQ(PaletteIndex(3, {1, 5}), 127);
+  EXPECT_EQ(PaletteIndex(-1, {0, 2}), 0);
+  EXPECT_EQ(PaletteIndex(9, {0, 2}), 254);
+  EXPECT_EQ(PaletteIndex(2.5, {2, 2}), 127) << "a range without extent is one";
+  const v1::PageSequence::Coloring states = ColoringByState();
+  EXPECT_EQ(states.name(), "state");
+  EXPECT_EQ(states.key().entries_size(), 5);
+  EXPECT_LT((ColorAt(states, 4) - StateColor(VertexState::kDriven)).norm(), 0.01);
+  EXPECT_LT((ColorAt(states, 5) - UnknownColor()).norm(), 0.01);
+  const v1::PageSequence::Coloring values = ColoringByValue("a", "b", "c", {0, 2});
+  EXPECT_EQ(values.name() + values.key().scale().label() + values.key().scale().unit(), "abc");
+  EXPECT_LT((ColorAt(values, 254) - MapColor(1)).norm(), 0.01);
+  EXPECT_LT((ColorAt(values, 127) - MapColor(0.5)).norm(), 0.01);
+}
+
 }  // namespace
 }  // namespace weft

@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "capture/image/image_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
+#include "services/formats/files/rig_file.h"
 #include "services/results/report/html_report.h"
 #include "services/results/report/job_page.h"
 #include "tests/services/results/report/sample_job.h"
@@ -183,6 +185,133 @@ TEST_F(WriteReport, FolderThatIsNotThereIsAnError) {
   const absl::Status status = WriteJobReport(Path("nowhere"), v1::Job());
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(status.message(), HasSubstr("nowhere"));
+}
+
+// Two cameras before the sample mesh; frames that failed, too, have images.
+class WriteReportWithImages : public WriteReport {
+ protected:
+  void SetUp() override {
+    WriteReport::SetUp();
+    for (const char* id : {"400000", "400007"}) {
+      CameraModel& camera = rig_.cameras.emplace_back();
+      camera.id = id, camera.width_px = camera.height_px = 64;
+      camera.fx_px = camera.fy_px = 200, camera.cx_px = camera.cy_px = 32;
+      camera.translation_mm = {-115, -115, 1000};
+    }
+    ASSERT_TRUE(WriteRig(Path("rig.json"), rig_).ok());
+  }
+
+  void Record(const v1::FrameReport& frame) {
+    Frame grey;
+    grey.width_px = grey.height_px = 64;
+    grey.pixels = std::make_shared<std::vector<uint8_t>>(64 * 64, uint8_t{90});
+    fs::create_directories(Path("take/" + frame.frame()));
+    for (const CameraModel& camera : rig_.cameras)
+      ASSERT_TRUE(WriteImageFile(Path("take/" + frame.frame() + "/" + camera.id + ".png"), grey).ok());
+  }
+
+  v1::Job JobOf(std::vector<v1::FrameReport>& frames) {
+    for (v1::FrameReport& frame : frames) {
+      frame.clear_inputs();
+      WriteFrame(frame);
+      Record(frame);
+    }
+    v1::Job job = SampleJob(frames);
+    job.mutable_spec()->set_dump(Path("take"));
+    job.mutable_spec()->set_rig(Path("rig.json"));
+    job.mutable_inputs()->set_rig(rig_.ContentHash());
+    return job;
+  }
+
+  static std::string TitlesOf(const v1::PageFramePictures& frame) {
+    std::string titles;
+    for (const v1::PagePicture& picture : frame.in_images()) titles += picture.title() + ", ";
+    return titles;
+  }
+
+  Rig rig_;
+};
+
+TEST_F(WriteReportWithImages, ImagesShowTheMeshAndUpToThreeFailedFrames) {
+  std::vector<v1::FrameReport> frames = SampleFrames(6, 2);
+  for (int f = 1; f < 6; ++f) FailFrame(f == 1 ? "too dark" : "", frames[f]);
+  frames[2].mutable_temporal()->set_bridged(true);
+  const v1::Job job = JobOf(frames);
+  ASSERT_TRUE(WriteSampleMesh(Path("000002/mesh.ply")).ok());
+  const v1::JobPage page = Read(job);
+  EXPECT_THAT(page.notes(), IsEmpty());
+  EXPECT_THAT(Pictured(page), ElementsAre("000000: ", "000001: failed: too dark",
+                                          "000002: failed and bridged", "000004: failed"));
+  EXPECT_EQ(TitlesOf(page.pictures(0)), "Camera 400007, ");
+  for (int picture = 1; picture < 4; ++picture)
+    EXPECT_EQ(TitlesOf(page.pictures(picture)), "400007, 400000, ") << picture;
+}
+
+TEST_F(WriteReportWithImages, AnotherRigIsNotedAndAGoneOneIsNot) {
+  std::vector<v1::FrameReport> frames = SampleFrames(2, 2);
+  FailFrame("too dark", frames[1]);
+  v1::Job job = JobOf(frames);
+  job.mutable_inputs()->set_rig("ab");
+  const v1::JobPage page = Read(job);
+  EXPECT_THAT(page.notes(),
+              ElementsAre("The report has no images of the cameras: " + Path("rig.json") + ": has hash " +
+                          rig_.ContentHash() + ", the job was computed with ab"));
+  EXPECT_EQ(page.pictures_size(), 1);
+  fs::remove(Path("rig.json"));
+  EXPECT_THAT(Read(job).notes(), IsEmpty());
+}
+
+TEST_F(WriteReport, FramesOfOtherJobsAreNoted) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(3, 2);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  v1::Job job = SampleJob({frames[0]});
+  job.mutable_frames()->set_failed(1);
+  EXPECT_THAT(
+      Read(job).notes(),
+      ElementsAre("The folder holds results of 3 frames, the job finished 2; those of earlier jobs on the "
+                  "same inputs are shown too."));
+  job.mutable_frames()->set_degraded(2);
+  EXPECT_THAT(
+      Read(job).notes(),
+      ElementsAre("The job finished 4 frames, the folder holds reports of 3; the others are missing from "
+                  "plots and tables."));
+  job.mutable_frames()->set_degraded(1);
+  EXPECT_THAT(Read(job).notes(), IsEmpty());
+  job.mutable_frames()->Clear();
+  EXPECT_THAT(Read(job).notes(), IsEmpty()) << "nothing tells how many";
+}
+
+TEST_F(WriteReport, DrivenFramesArePicturedByTheirSigma) {
+  std::vector<v1::FrameReport> frames = SampleFrames(9, 2);
+  for (int f = 0; f < 9; ++f) {
+    frames[f].mutable_driven()->set_median_sigma_mm(f == 4 ? 9 : f == 6 ? 8 : 1);
+    WriteFrame(frames[f]);
+  }
+  EXPECT_THAT(Pictured(Read(SampleJob(frames))), ElementsAre("000000: first frame", "000004: largest sigma",
+                                                             "000006: large sigma", "000008: last frame"));
+}
+
+TEST_F(WriteReport, WorstFramesAreApartByATwentiethOfTheTake) {
+  std::vector<v1::FrameReport> frames = SampleFrames(20, 2);
+  for (const auto& [frame, coverage] : {std::pair{5, 0.1}, {6, 0.2}, {7, 0.3}, {19, 0.15}})
+    frames[frame].mutable_mesh()->set_coverage(coverage);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  EXPECT_THAT(Pictured(Read(SampleJob(frames))),
+              ElementsAre("000000: first frame", "000005: lowest coverage", "000007: low coverage",
+                          "000019: last frame, low coverage"));
+}
+
+TEST_F(WriteReport, OthersAskForPicturesOfTheirFrames) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(4, 2);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  ReportExtras extras;
+  extras.frames = {{"000002", "largest error"}, {"000003", "large error"}, {"000009", "not there"}};
+  const auto parts = ReadJobReportParts(out_, SampleJob(frames), extras);
+  ASSERT_TRUE(parts.ok()) << parts.status();
+  std::string shown;
+  for (const FramePictures& frame : parts->pictures) shown += frame.frame + ": " + frame.why_shown + "\n";
+  EXPECT_THAT(shown, HasSubstr("000002: largest error\n"));
+  EXPECT_THAT(shown, HasSubstr("000003: last frame, large error\n"));
 }
 
 }  // namespace
