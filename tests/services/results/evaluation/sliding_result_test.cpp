@@ -7,7 +7,9 @@
 #include "evaluation/error_summary.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/formats/files/observations_file.h"
 #include "services/formats/synthetic/take_writer.h"
+#include "services/formats/synthetic/truth_file.h"
 #include "services/results/evaluation/evaluate_job.h"
 #include "services/results/evaluation/evaluation_report.h"
 #include "services/results/evaluation/evaluation_text.h"
@@ -137,6 +139,33 @@ TEST_F(SlidingResultTest, WithoutATruthWhatNeedsNoneIsMeasured) {
   EXPECT_FALSE(evaluation.total_metrics.true_drift_observed_mm_s);
   EXPECT_FALSE(evaluation.total.mesh);
   EXPECT_NE(EvaluationTable(evaluation).find("there is no ground truth"), std::string::npos);
+}
+
+// Pictures are compared where the cells were read in both frames: nothing else is before the cloth there.
+TEST_F(SlidingResultTest, PicturesAreComparedWhereCellsWereRead) {
+  const std::string result = *folder_ / "read";
+  WriteResult(result, 0);
+  const auto write = [&](int frame, bool all) {
+    const std::string name = "/000" + std::to_string(frame);
+    const auto truth = ReadFrameTruth(*folder_ / "take/truth" + name);
+    ASSERT_TRUE(truth.ok()) << truth.status();
+    std::vector<ImageObservations> images;
+    for (const ViewTruth& view : truth->views) {
+      images.push_back({view.camera_id, {}});
+      for (const NodeTruth& node : view.nodes)
+        if (all && node.visible)
+          images.back().observations.push_back({node.pixel_px.x(), node.pixel_px.y(), node.node, 0.1f, 1});
+    }
+    ASSERT_TRUE(WriteObservations(result + name + "/observations.csv", images).ok());
+  };
+  const auto measured = [&] {
+    const auto& drift = Run(result).total_metrics.texture_drift_mm;
+    return drift ? drift->count : 0;
+  };
+  for (int f = 0; f < 3; ++f) write(f, true);
+  EXPECT_GT(measured(), 500);
+  write(1, false);
+  EXPECT_EQ(measured(), 0) << "each step has frame 1 in it";
 }
 
 }  // namespace
