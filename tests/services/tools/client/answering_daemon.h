@@ -46,6 +46,8 @@ class AnsweringServer final : public v1::Server::Service {
  public:
   AnswerFunction<v1::DrainRequest, v1::DrainProgress> drain;
   std::string authorization;  // of the last call
+  v1::ServerInfo told;        // version 7.8.9 where it says none
+  grpc::Status knows_client;
 
  private:
   grpc::Status GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest*,
@@ -54,8 +56,9 @@ class AnsweringServer final : public v1::Server::Service {
     authorization = found == context->client_metadata().end()
                         ? ""
                         : std::string(found->second.data(), found->second.size());
-    info->set_version("7.8.9");
-    return grpc::Status::OK;
+    *info = told;
+    if (told.version().empty()) info->set_version("7.8.9");
+    return knows_client;
   }
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest* request,
                      v1::DrainProgress* answer) override {

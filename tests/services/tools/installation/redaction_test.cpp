@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/capture/temp_folder.h"
+
 namespace weft {
 namespace {
 
@@ -38,6 +40,24 @@ TEST(Redaction, RemovesKnownSecretsEverywhereAndNothingElse) {
   const std::string plain =
       "weft_worker: a short line, https://host/ and -----BEGIN CERTIFICATE-----\nMIIB\n";
   EXPECT_EQ(redaction.Apply(plain), plain);
+}
+
+TEST(Redaction, SecretsOfAFileAreItsLines) {
+  const TempFolder folder;
+  WriteBytes(folder / "key",
+             "-----BEGIN PRIVATE KEY-----\nAAAABBBB\n short \nCCCCDDDD\n-----END PRIVATE KEY-----\n");
+  Redaction redaction;
+  redaction.AddSecretFile(folder / "key");
+  redaction.AddSecretFile(folder / "none");
+  redaction.AddSecretFile("");
+  EXPECT_EQ(redaction.Apply("AAAABBBB short CCCCDDDD -----BEGIN"), "[redacted] short [redacted] -----BEGIN");
+}
+
+TEST(Redaction, SecretsHaveEightCharactersAtLeast) {
+  Redaction redaction;
+  redaction.AddSecret("1234567");
+  redaction.AddSecret("abcdefgh");
+  EXPECT_EQ(redaction.Apply("1234567 abcdefgh"), "1234567 [redacted]");
 }
 
 }  // namespace
