@@ -79,5 +79,27 @@ TEST(CommandOptions, AFileIsNoJson) {
   EXPECT_THAT(Options({"--preset", "worst"}).message(), HasSubstr("\"worst\" is none of"));
 }
 
+TEST(CommandOptions, SeveralNamesShowThoseOfAny) {
+  const auto paths = [](std::vector<std::string> words) {
+    words.push_back("--json");
+    std::vector<std::string> found;
+    v1::OptionList list;
+    EXPECT_TRUE(ParseJson(Options(words).out, "options", list).ok());
+    for (const v1::OptionInfo& info : list.options()) found.push_back(info.path());
+    return found;
+  };
+  const auto levels = paths({"decode.levels"}), radius = paths({"inlier_radius_mm"});
+  ASSERT_EQ(levels.size(), 1u);
+  EXPECT_EQ(paths({"decode.levels", "inlier_radius_mm"}).size(), levels.size() + radius.size());
+  EXPECT_EQ(Options({"decode.levels", "xyzzy"}).message(), "xyzzy: no such option");
+}
+
+TEST(CommandOptions, APresetChangesValuesAndNotTheirDefaults) {
+  const CommandRun best = Options({"--preset", "best"}), paper = Options({"--preset", "paper"});
+  EXPECT_NE(best.out, paper.out);
+  EXPECT_THAT(paper.out, HasSubstr("(default "));
+  EXPECT_THAT(Options({"decode.levels"}).out, StartsWith("decode.levels="));
+}
+
 }  // namespace
 }  // namespace weft

@@ -3,12 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <string>
 
 #include "services/tools/cli/command_line.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/tools/cli/test_terminal.h"
 
 namespace weft {
 namespace {
@@ -57,6 +62,56 @@ TEST(CommandLine, SaysOfANumberWhatIsWrongWithIt) {
   EXPECT_EQ(CheckFinite(app).code(), absl::StatusCode::kInvalidArgument);
   app.parse("--seconds 2");
   EXPECT_TRUE(CheckFinite(app).ok());
+}
+
+TEST(OutputGuard, AsksSomebodyAtATerminal) {
+  const TempFolder folder;
+  const std::string file = folder / "board.json";
+  WriteBytes(file, "{}");
+  const auto may = [&](const std::string& answer) {
+    const TestTerminal terminal({STDIN_FILENO, STDERR_FILENO});
+    terminal.Type(answer + "\n");
+    std::clearerr(stdin);
+    std::cin.clear();
+    const bool is_ok = OutputGuard().MayReplace(file, "a board").ok();
+    EXPECT_THAT(terminal.Shown(), HasSubstr(file + " is there already: a board. Overwrite it? [y/N] "));
+    return is_ok;
+  };
+  for (const char* yes : {"y", "Yes", " YES "}) EXPECT_TRUE(may(yes)) << yes;
+  for (const char* no : {"", "n", "yessir"}) EXPECT_FALSE(may(no)) << no;
+  const TestTerminal half({STDERR_FILENO});
+  EXPECT_FALSE(OutputGuard().MayReplace(file, "a board").ok());
+  EXPECT_EQ(half.Shown(), "");
+}
+
+TEST(OutputGuard, AFolderOfSomethingElseIsNoTemplates) {
+  const TempFolder folder;
+  const std::string out = folder / "shirt";
+  const OutputGuard guard;
+  EXPECT_TRUE(MayWriteTemplateFolder(out, guard).ok());
+  WriteBytes(out + "/clouds/0001.ply", "of a build that was stopped");
+  WriteBytes(out + "/report.html", "");
+  WriteBytes(out + "/.hidden", "");
+  EXPECT_TRUE(MayWriteTemplateFolder(out, guard).ok());
+  WriteBytes(out + "/letters.txt", "");
+  const absl::Status other = MayWriteTemplateFolder(out, guard);
+  EXPECT_EQ(other.code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(
+      std::string(other.message()),
+      HasSubstr(out + ": is there already: a folder of something else, it has letters.txt; name another "
+                      "place, or overwrite it with --force"));
+  WriteBytes(out + "/template.json", "");
+  EXPECT_THAT(std::string(MayWriteTemplateFolder(out, guard).message()),
+              HasSubstr("template.json: is there already: a template, and results may have its vertices"));
+}
+
+TEST(OutputGuard, SaysWhichPartOfAPathIsThere) {
+  const TempFolder folder;
+  EXPECT_EQ(MissingParent(folder / "a"), "");
+  EXPECT_EQ(MissingParent(folder / "a/b/c"), (folder / "a/b/c") + ": the folder " + (folder / "a/b") +
+                                                 " is missing (" + folder.path() + " is there)");
+  EXPECT_EQ(MissingParent((folder / "a/b") + "/"), (folder / "a/b") + "/: the folder " + (folder / "a") +
+                                                       " is missing (" + folder.path() + " is there)");
 }
 
 }  // namespace

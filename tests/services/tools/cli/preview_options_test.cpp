@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "services/formats/files/board_file.h"
+#include "services/formats/files/template_file.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -73,6 +75,35 @@ TEST(PreviewOptions, ABoardThatIsNotThereIsNamedBeforeAPageIsWritten) {
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr(options.board));
   EXPECT_FALSE(std::filesystem::exists(options.folder));
+}
+
+TEST(PreviewOptions, BoardAndGarmentBelongTogether) {
+  const TempFolder folder;
+  const Board board = *GenerateBoard(6, 6, 1, 1);
+  ASSERT_TRUE(WriteBoard(folder / "board", board).ok());
+  const TriangleMesh square{{{0, 0, 0}, {1, 0, 0}, {0, -1, 0}, {1, -1, 0}}, {{0, 2, 1}, {2, 3, 1}}};
+  const auto garment = ImportTemplate(
+      "shirt", square, {{0, 0, NodeKind::kCenter}, {0, 1, NodeKind::kCenter}, {1, 0, NodeKind::kCenter}, {}},
+      board);
+  ASSERT_TRUE(garment.ok()) << garment.status();
+  ASSERT_TRUE(WriteTemplate(folder / "shirt", *garment).ok());
+  PreviewCommandOptions options;
+  options.folder = folder / "preview";
+  options.board = folder / "board";
+  options.garment = folder / "shirt";
+  const auto preview = StartPreview(options, "walk");
+  ASSERT_TRUE(preview.ok()) << preview.status();
+  EXPECT_TRUE((*preview)->Finish().ok());
+  ASSERT_TRUE(WriteBoard(folder / "other", *GenerateBoard(6, 6, 1, 2)).ok());
+  options.board = folder / "other";
+  EXPECT_FALSE(StartPreview(options, "walk").ok());
+}
+
+TEST(PreviewOptions, WarnOfWhatWentWrong) {
+  ::testing::internal::CaptureStderr();
+  WarnOfPreview(absl::OkStatus());
+  WarnOfPreview(absl::InternalError("the disk is full"));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "weft: warning: the preview: the disk is full\n");
 }
 
 }  // namespace
