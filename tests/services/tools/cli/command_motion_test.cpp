@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <sstream>
+
+#include "absl/strings/str_cat.h"
 
 #include "figure/motion_generator.h"
 #include "services/formats/figure/motion_file.h"
@@ -91,6 +95,113 @@ TEST(CommandMotion, ImportNamesTheOptionThatIsWrong) {
   const CommandRun missing = import({"--up", "z"});
   EXPECT_EQ(missing.status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(missing.message(), HasSubstr(folder / "walk.bvh"));
+}
+
+struct WalkJoint {
+  const char* name;
+  const char* parent;
+  const char* offset;
+};
+constexpr WalkJoint kWalk[] = {
+    {"Hips", "", "0 0 0"},
+    {"Spine", "Hips", "0 12 0"},
+    {"Chest", "Spine", "0 14 0"},
+    {"Head", "Chest", "0 32 0"},
+    {"LeftArm", "Chest", "18 18 0"},
+    {"LeftForeArm", "LeftArm", "28 0 0"},
+    {"LeftHand", "LeftForeArm", "25 0 0"},
+    {"RightArm", "Chest", "-18 18 0"},
+    {"RightForeArm", "RightArm", "-28 0 0"},
+    {"RightHand", "RightForeArm", "-25 0 0"},
+    {"LeftUpLeg", "Hips", "9 -5 0"},
+    {"LeftLeg", "LeftUpLeg", "0 -42 0"},
+    {"LeftFoot", "LeftLeg", "0 -41 0"},
+    {"LeftToeBase", "LeftFoot", "0 -6 13"},
+    {"RightUpLeg", "Hips", "-9 -5 0"},
+    {"RightLeg", "RightUpLeg", "0 -42 0"},
+    {"RightFoot", "RightLeg", "0 -41 0"},
+    {"RightToeBase", "RightFoot", "0 -6 13"},
+};
+
+void AddWalkJoint(const WalkJoint& joint, std::string& hierarchy, int& joints) {
+  const bool is_root = *joint.parent == '\0';
+  absl::StrAppend(&hierarchy, is_root ? "ROOT " : "JOINT ", joint.name, "\n{\nOFFSET ", joint.offset,
+                  "\nCHANNELS ", is_root ? "6 Xposition Yposition Zposition " : "3 ",
+                  "Zrotation Xrotation Yrotation\n");
+  ++joints;
+  bool is_end = true;
+  for (const WalkJoint& below : kWalk) {
+    if (std::string(below.parent) != joint.name) continue;
+    AddWalkJoint(below, hierarchy, joints);
+    is_end = false;
+  }
+  hierarchy += is_end ? "End Site { OFFSET 0 0 5 }\n}\n" : "}\n";
+}
+
+// Somebody who stands with arms spread and goes forwards, 3 frames of 50 ms; y is up.
+void WriteWalk(const std::string& file) {
+  std::string text = "HIERARCHY\n";
+  int joints = 0;
+  AddWalkJoint(kWalk[0], text, joints);
+  text += "MOTION\nFrames: 3\nFrame Time: 0.05\n";
+  for (int frame = 0; frame < 3; ++frame) {
+    absl::StrAppend(&text, "0 94 ", 10 * frame);
+    for (int i = 0; i < 3 * joints; ++i) text += i == 4 ? absl::StrCat(" ", 20 * frame) : " 0";
+    text += "\n";
+  }
+  WriteBytes(file, text);
+}
+
+TEST(CommandMotion, ImportTellsWhichJointIsWhich) {
+  const TempFolder folder;
+  WriteWalk(folder / "walk.bvh");
+  const auto import = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"import", folder / "walk.bvh", "--out", folder / "walk.motion"});
+    const CommandRun run = MotionCommand(more);
+    EXPECT_TRUE(run.status.ok()) << run.status;
+    return run.out;
+  };
+  const auto hash = [&] { return MotionHash(*ReadMotion(folder / "walk.motion")); };
+  // Left is what a viewer in front sees on the left.
+  EXPECT_EQ(import({}),
+            "pelvis           Hips\nspine            Spine\nchest            Chest\nhead             Head\n"
+            "left-clavicle    -\nleft-upper-arm   RightArm\nleft-forearm     RightForeArm\n"
+            "left-hand        RightHand\nright-clavicle   -\nright-upper-arm  LeftArm\n"
+            "right-forearm    LeftForeArm\nright-hand       LeftHand\nleft-thigh       RightUpLeg\n"
+            "left-shin        RightLeg\nright-thigh      LeftUpLeg\nright-shin       LeftLeg\n"
+            "legs             83 in the file, from hip to ankle\n" +
+                (folder / "walk.motion") + ": 0.1 s, 3 poses at 20 a second\n");
+  const std::string as_found = hash();
+  import({"--up", "y", "--angles", "degrees", "--sides", "as-named"});
+  EXPECT_EQ(hash(), as_found);
+  import({"--angles", "radians"});
+  EXPECT_NE(hash(), as_found);
+  EXPECT_THAT(import({"--up", "-y", "--sides", "as-named"}), HasSubstr("from hip to ankle"));
+  EXPECT_NE(hash(), as_found);
+  EXPECT_THAT(import({"--joint", "chest=Spine"}), HasSubstr("spine            -\nchest            Spine\n"));
+  const std::string exchanged = import({"--sides", "exchanged"});
+  EXPECT_THAT(exchanged, HasSubstr("\nleft-thigh       LeftUpLeg\n"));
+  EXPECT_THAT(exchanged, HasSubstr("\nnote             toes point backwards: "));
+  const CommandRun unknown = MotionCommand(
+      {"import", folder / "walk.bvh", "--out", folder / "other.motion", "--joint", "arm=Spine"});
+  EXPECT_EQ(unknown.message(), (folder / "walk.bvh") + ": joint \"arm\" is none of ours");
+  EXPECT_FALSE(std::filesystem::exists(folder / "other.motion"));
+}
+
+TEST(CommandMotion, ShowsEveryJoint) {
+  const TempFolder folder;
+  ASSERT_TRUE(
+      MotionCommand({"make", "--kind", "stand", "--seconds", "1", "--out", folder / "a.motion"})
+          .status.ok() ||
+      MotionCommand({"make", "--kind", "wave", "--seconds", "1", "--out", folder / "a.motion"}).status.ok());
+  const CommandRun run = MotionCommand({"show", folder / "a.motion"});
+  ASSERT_TRUE(run.status.ok()) << run.status;
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 2 + static_cast<int>(kJoints));
+  EXPECT_THAT(run.out, HasSubstr("\njoint             farthest, deg   fastest, deg/s\npelvis  "));
+  const CommandRun drawn = MotionCommand({"show", folder / "a.motion", "--picture", folder / "a.svg"});
+  EXPECT_EQ(drawn.out, run.out + (folder / "a.svg") +
+                           ": the motion as a strip of figures, from the front and from the side\n");
+  EXPECT_EQ(MotionCommand({"show", folder / "none"}).status.code(), absl::StatusCode::kNotFound);
 }
 
 }  // namespace

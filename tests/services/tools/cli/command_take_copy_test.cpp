@@ -1,5 +1,6 @@
 // weft take export, trim.
 #include <filesystem>
+#include <memory>
 
 #include "capture/image/image_file.h"
 #include "capture/take/recorded_take.h"
@@ -77,6 +78,24 @@ TEST_F(CommandTakeCopy, TrimNeedsAPlaceAndARange) {
   EXPECT_THAT(Take({"trim", take_, "--frames", "8:6", "--out", out_}).message(), HasSubstr("--frames 8:6"));
   EXPECT_EQ(Take({"trim", folder_ / "none", "--out", out_}).status.code(), absl::StatusCode::kNotFound);
   EXPECT_FALSE(std::filesystem::exists(out_));
+}
+
+// Grey that is the same everywhere takes a fraction of the room.
+TEST_F(CommandTakeCopy, TrimCompressesOnRequest) {
+  std::filesystem::create_directories(folder_ / "grey/0001");
+  Frame grey;
+  grey.width_px = 330, grey.height_px = 170, grey.format = PixelFormat::kGrey8;
+  grey.pixels = std::make_shared<const std::vector<uint8_t>>(330 * 170, uint8_t{90});
+  ASSERT_TRUE(WriteImageFile(folder_ / "grey/0001/left.png", grey).ok());
+  TakeCopyOptions options;
+  options.recorder = SmallRecorder();
+  ASSERT_TRUE(ImportImages(folder_ / "grey", folder_ / "whole", options).ok());
+  const auto bytes = [&](const std::string& out, std::vector<std::string> more) {
+    more.insert(more.begin(), {"trim", folder_ / "whole", "--out", out});
+    EXPECT_TRUE(Take(more).status.ok());
+    return (*RecordedTake::Open(out))->Record(0, 0)->payload_bytes;
+  };
+  EXPECT_LT(bytes(folder_ / "small", {"--compress"}), bytes(out_, {}) / 4);
 }
 
 }  // namespace

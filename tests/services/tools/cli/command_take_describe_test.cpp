@@ -72,6 +72,9 @@ TEST_F(CommandTakeDescribe, SearchListsTakesThatHaveAllWords) {
   EXPECT_EQ(Take({"search", "jump", "--in", folder_.path()}).out,
             "no take in " + folder_.path() + " has these words\n");
   EXPECT_EQ(Take({"search", "jump", "--in", folder_.path(), "--json"}).out, "");
+  v1::Take take;
+  ASSERT_TRUE(ParseJson(Take({"search", "walk", "--in", folder_.path(), "--json"}).out, "take", take).ok());
+  EXPECT_EQ(take.slate(), "12R");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // weft take import.
 #include <filesystem>
+#include <memory>
 
 #include "capture/image/image_file.h"
 #include "capture/take/recorded_take.h"
@@ -146,6 +147,22 @@ TEST_F(CommandTakeImport, WhatIsGivenOfACameraNamesIt) {
     EXPECT_EQ(WhyNot({"x.mkv", "y.mkv", "--offset", given}), "--offset " + given + ": must be NAME=...");
   }
   EXPECT_EQ(WhyNot({"x.mkv", "y.mkv", "--offset", "x=soon"}), "--offset x=soon: seconds are wanted");
+}
+
+// Grey that is the same everywhere takes a fraction of the room.
+TEST_F(CommandTakeImport, StreamsAreCompressedOnRequest) {
+  const std::string images = folder_ / "images/0001";
+  std::filesystem::create_directories(images);
+  Frame grey;
+  grey.width_px = 330, grey.height_px = 170, grey.format = PixelFormat::kGrey8;
+  grey.pixels = std::make_shared<const std::vector<uint8_t>>(330 * 170, uint8_t{90});
+  ASSERT_TRUE(WriteImageFile(images + "/left.png", grey).ok());
+  const auto bytes = [&](const std::string& out, std::vector<std::string> more) {
+    more.insert(more.begin(), {"import", folder_ / "images", "--out", out});
+    EXPECT_TRUE(RunAloud(AddTakeImportCommand, more).status.ok());
+    return (*RecordedTake::Open(out))->Record(0, 0)->payload_bytes;
+  };
+  EXPECT_LT(bytes(folder_ / "small", {"--compress"}), bytes(out_, {}) / 4);
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ GarmentParts PartsOfSheet() {
   parts.openings.resize(1);
   parts.openings[0].loop = {0, 3, 4, 5, 2, 1};
   parts.expected_openings = 1;
-  parts.panel_faces = 2;
+  parts.panel_faces = 4;
   parts.texture_side_mm = 40;
   for (const Eigen::Vector3d& v : Sheet().rest.vertices_mm)
     parts.texture_mm.emplace_back(0.8 * v.x(), 10 + v.y());
@@ -114,7 +114,7 @@ GarmentParts PartsOfSheet() {
 TEST(TemplateSummaries, CountWhatATemplateHas) {
   auto summary = SummarizeTemplate(Sheet(), PartsOfSheet());
   ASSERT_TRUE(summary.ok()) << summary.status();
-  // Of the five edges of the two panel faces two run along x, which is 8 mm on the print, and one across.
+  // Of the nine edges four run along x, which is 8 mm on the print, three along y and two across.
   EXPECT_NEAR(summary->strain_median(), std::sqrt(200.0 / 164) - 1, 1e-9);
   EXPECT_NEAR(summary->strain_p95(), 0.25, 1e-12);
   summary->clear_strain_median();
