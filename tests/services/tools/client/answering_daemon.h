@@ -45,6 +45,7 @@ inline grpc::Status BrokenOff() { return {grpc::StatusCode::UNAVAILABLE, "the da
 class AnsweringServer final : public v1::Server::Service {
  public:
   AnswerFunction<v1::DrainRequest, v1::DrainProgress> drain;
+  AnswerFunction<v1::RehearseRetentionRequest, v1::RetentionRehearsal> rehearse;
   std::string authorization;  // of the last call
   v1::ServerInfo told;        // version 7.8.9 where it says none
   grpc::Status knows_client;
@@ -63,6 +64,10 @@ class AnsweringServer final : public v1::Server::Service {
   grpc::Status Drain(grpc::ServerContext*, const v1::DrainRequest* request,
                      v1::DrainProgress* answer) override {
     return AnswerBy(drain, *request, answer);
+  }
+  grpc::Status RehearseRetention(grpc::ServerContext*, const v1::RehearseRetentionRequest* request,
+                                 v1::RetentionRehearsal* answer) override {
+    return AnswerBy(rehearse, *request, answer);
   }
 };
 

@@ -119,5 +119,39 @@ TEST(UsesTls, WhateverLeavesThisMachineDoes) {
   EXPECT_TRUE(UsesTls("127.0.0.1", {"", "ca.pem", "", ""}));
 }
 
+TEST_F(ConnectionFault, MessagesSayWhatToDo) {
+  EXPECT_THAT(
+      Find(maker_.Sign("old", 5, "IP:127.0.0.1", -10)),
+      testing::MatchesRegex("its certificate expired on [A-Z][a-z][a-z] .* GMT; renew the file of weftd "
+                            "--tls-cert there"));
+  EXPECT_THAT(
+      Find(maker_.Sign("coming", 5, "IP:127.0.0.1", 2)),
+      testing::MatchesRegex("its certificate is valid from [A-Z][a-z][a-z] .* GMT on; compare the clocks of "
+                            "both machines"));
+  EXPECT_EQ(
+      Find(maker_.Sign("many", 30, "DNS:vm.studio.example,IP:10.0.0.7,DNS:b.example")),
+      "its certificate is for vm.studio.example, an address, b.example, not for 127.0.0.1; connect by a name "
+      "that it has, or have it made for this one, too");
+  EXPECT_EQ(Find(maker_.Sign("address", 30, "IP:127.0.0.1"), "localhost"),
+            "its certificate is for an address, not for localhost; connect by a name that it has, or have it "
+            "made for "
+            "this one, too");
+  EXPECT_EQ(Find({}),
+            "what listens there speaks no TLS; start weftd there with --tls-cert and --tls-key, or unset "
+            "WEFT_TLS_CA where both run on one machine");
+  identity_.authority.clear();
+  EXPECT_EQ(Find(maker_.Sign("weftd")),
+            "what listens there speaks TLS; set WEFT_TLS_CA to the certificate of its authority");
+}
+
+TEST_F(ConnectionFault, SignalsOfThisThreadStayAsTheyWere) {
+  sigset_t before, after;
+  pthread_sigmask(SIG_SETMASK, nullptr, &before);
+  EXPECT_EQ(Find(maker_.Sign("weftd")), "");
+  pthread_sigmask(SIG_SETMASK, nullptr, &after);
+  EXPECT_EQ(sigismember(&before, SIGPIPE), 0);
+  EXPECT_EQ(sigismember(&after, SIGPIPE), 0);
+}
+
 }  // namespace
 }  // namespace weft

@@ -124,5 +124,30 @@ TEST_F(FetchResultsTest, EndsWhereItIsStoppedOrTheDaemonRefuses) {
   EXPECT_FALSE(Fetch().ok());
 }
 
+// The report is a stranger's: what it names beside the garment is fetched, what is no name is refused.
+TEST_F(FetchResultsTest, OtherMeshesAreThoseOfTheReport) {
+  frames_ = {{"0001", v1::FRAME_STATE_DONE}};
+  std::string report = R"({"frame": "0001", "meshes": [{"name": "garment", "file": "mesh.ply"},
+                          {"name": "body", "file": "body.ply"}, {"name": "shoe", "file": "shoe.ply"}]})";
+  daemon_.jobs.fetch = [&](const v1::FetchResultRequest& request, grpc::ServerWriter<v1::FileChunk>* out) {
+    asked_.push_back(v1::ResultKind_Name(request.kind()) + " " + request.mesh());
+    if (request.mesh() == "shoe") return grpc::Status(grpc::StatusCode::NOT_FOUND, "none");
+    const std::string text = request.kind() == v1::RESULT_KIND_FRAME_REPORT ? report : "of " + request.mesh();
+    out->Write(Chunk(text, 0, static_cast<int64_t>(text.size()), "v1"));
+    return grpc::Status::OK;
+  };
+  ASSERT_TRUE(Fetch().ok());
+  EXPECT_EQ(ReadBytes(folder_ / "out/0001/mesh.ply"), "of garment");
+  EXPECT_EQ(ReadBytes(folder_ / "out/0001/body.ply"), "of body");
+  EXPECT_FALSE(fs::exists(folder_ / "out/0001/shoe.ply"));
+  EXPECT_THAT(asked_,
+              ElementsAre("RESULT_KIND_OBSERVATIONS ", "RESULT_KIND_CLOUD ", "RESULT_KIND_MESH garment",
+                          "RESULT_KIND_FRAME_REPORT ", "RESULT_KIND_MESH body", "RESULT_KIND_MESH shoe",
+                          "RESULT_KIND_JOB_REPORT ", "RESULT_KIND_JOB "));
+  report = R"({"frame": "0001", "meshes": [{"name": "../body", "file": "../body.ply"}]})";
+  EXPECT_TRUE(absl::IsInvalidArgument(Fetch()));
+  EXPECT_FALSE(fs::exists(folder_ / "out/body.ply"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -91,5 +91,20 @@ TEST(CameraClient, ListsAndLooks) {
   EXPECT_EQ(client.Look(request).status(), absl::NotFoundError("no take t1"));
 }
 
+TEST_F(ServerClientTest, RehearsesRetentionOnce) {
+  int calls = 0;
+  daemon_.info.rehearse = [&](const v1::RehearseRetentionRequest& request, v1::RetentionRehearsal* answer) {
+    ++calls;
+    answer->set_seen_days(2 * request.ahead_days());
+    return calls == 1 ? grpc::Status::OK : BrokenOff();
+  };
+  v1::RehearseRetentionRequest request;
+  request.set_ahead_days(3);
+  EXPECT_EQ(client_.RehearseRetention(request)->seen_days(), 6);
+  EXPECT_EQ(client_.RehearseRetention(request).status(),
+            absl::UnavailableError("the daemon is shutting down"));
+  EXPECT_EQ(calls, 2);
+}
+
 }  // namespace
 }  // namespace weft
