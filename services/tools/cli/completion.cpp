@@ -51,6 +51,7 @@ std::vector<CompletedOption> OptionsOf(const CLI::App& app) {
   std::function<void(const CLI::App&)> add = [&](const CLI::App& from) {
     for (const CLI::Option* option : from.get_options()) {
       if (option->get_positional() && option->get_lnames().empty()) continue;
+      if (&from != &app && option == from.get_help_ptr()) continue;  // the command has it already
       CompletedOption one{{}, Gist(option->get_description()), ValuesOf(*option)};
       for (const std::string& name : option->get_snames()) one.names.push_back("-" + name);
       for (const std::string& name : option->get_lnames()) one.names.push_back("--" + name);
