@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "services/formats/files/json_file.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/audit_log.h"
 #include "services/tools/cli/commands.h"
@@ -100,6 +103,45 @@ TEST_F(CommandAccess, TheLogShowsItsLastEntriesInWords) {
   const CommandRun last = Access({"log", "--last", "1"});
   EXPECT_EQ(last.out.find("anna"), std::string::npos);
   EXPECT_THAT(last.out, HasSubstr("10.0.0.8"));
+}
+
+TEST_F(CommandAccess, ALineOfTheLogHasWhoWhatHowOftenAndWhy) {
+  {
+    auto log = AuditLog::Open(AuditLogFile(state_.path()), nullptr);
+    ASSERT_TRUE(log.ok()) << log.status();
+    v1::AuditEntry entry;
+    entry.set_caller("uid 1000");
+    entry.set_peer("uid 1000");
+    entry.set_method("DeleteTake");
+    entry.set_outcome("PERMISSION_DENIED");
+    entry.set_message("viewers look");
+    entry.set_times(3);
+    (*entry.mutable_about())["take"] = "walk";
+    (*entry.mutable_about())["because"] = "old";
+    (*log)->Record(entry);
+    entry.set_times(1);
+    for (int i = 0; i < 55; ++i) (*log)->Record(entry);
+  }
+  const std::string all = Access({"log", "--last", "1000"}).out, last = Access({"log"}).out;
+  EXPECT_THAT(
+      all.substr(0, all.find('\n')),
+      MatchesRegex(
+          "[0-9TZ:.-]+  PERMISSION_DENIED    uid 1000  DeleteTake \\(3 times\\)  because=old  take=walk: "
+          "viewers look"));
+  EXPECT_THAT(all, ::testing::EndsWith("uid 1000  DeleteTake  because=old  take=walk: viewers look\n"));
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 56);
+  EXPECT_EQ(std::count(last.begin(), last.end(), '\n'), 50);
+}
+
+TEST_F(CommandAccess, TellsWhoseATokenIsAndUntilWhen) {
+  const CommandRun run = Access({"token", "anna", "--role", "viewer", "--days", "1"});
+  EXPECT_THAT(run.err, MatchesRegex("token [0-9a-f]+ of anna, viewer; it is shown this once:\n"));
+  EXPECT_THAT(Access({"list"}).out,
+              MatchesRegex(".*, made ([0-9]+-[0-9]+-[0-9]+), expires [0-9]+-[0-9]+-[0-9]+\n"));
+  v1::AccessList list;
+  ASSERT_TRUE(ParseJson(Access({"list", "--json"}).out, "list", list).ok());
+  ASSERT_EQ(list.tokens_size(), 1);
+  EXPECT_EQ(list.tokens(0).name(), "anna");
 }
 
 TEST_F(CommandAccess, RolesAndFoldersThatAreNoneAreRefused) {

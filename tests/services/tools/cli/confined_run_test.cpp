@@ -2,10 +2,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -89,6 +92,97 @@ TEST_F(ConfinedRun, SignalsOfOthersArriveInIt) {
                   return 0;
                 }),
             7);
+}
+
+TEST_F(ConfinedRun, SaysThatACrashMayBeMeant) {
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(Run({},
+                [] {
+                  signal(SIGABRT, SIG_DFL);
+                  raise(SIGABRT);
+                  return 0;
+                }),
+            1);
+  const std::string told = testing::internal::GetCapturedStderr();
+  EXPECT_NE(
+      told.find(
+          "the process that read the inputs was ended: killed by signal 6 (Aborted); are they from somebody "
+          "whom you trust?"),
+      std::string::npos)
+      << told;
+}
+
+// Else a shell would go on with the next command.
+TEST_F(ConfinedRun, ASignalThatEndsItEndsTheCommand) {
+  for (const int by : {SIGINT, SIGTERM, SIGHUP}) {
+    const auto run = [&] {
+      Run({}, [by] {
+        signal(by, SIG_DFL);
+        raise(by);
+        return 0;
+      });
+    };
+    EXPECT_EXIT(run(), testing::KilledBySignal(by), "");
+  }
+}
+
+// Nobody would end what strangers made it do.
+TEST_F(ConfinedRun, EndsWithTheCommandHoweverThatEnds) {
+  int pipe_of[2];
+  ASSERT_EQ(pipe(pipe_of), 0);
+  const pid_t command = fork();
+  if (command == 0) {
+    Run({}, [&pipe_of] {
+      const pid_t self = getpid();
+      if (write(pipe_of[1], &self, sizeof self) != sizeof self) return 1;
+      for (;;) pause();
+      return 0;
+    });
+    _exit(0);
+  }
+  close(pipe_of[1]);
+  pid_t confined = 0;
+  ASSERT_EQ(read(pipe_of[0], &confined, sizeof confined), static_cast<ssize_t>(sizeof confined));
+  kill(command, SIGKILL);
+  waitpid(command, nullptr, 0);
+  pollfd end = {.fd = pipe_of[0], .events = POLLIN, .revents = 0};  // both have to be gone for it
+  EXPECT_EQ(poll(&end, 1, 20'000), 1);
+  if (end.revents == 0) kill(confined, SIGKILL);
+  close(pipe_of[0]);
+}
+
+TEST_F(ConfinedRun, SignalsAreBlockedOnlyWhileItRuns) {
+  sigset_t before, within, after;
+  sigprocmask(SIG_SETMASK, nullptr, &before);
+  EXPECT_EQ(Run({},
+                [&] {
+                  sigprocmask(SIG_SETMASK, nullptr, &within);
+                  return sigismember(&within, SIGTERM) + sigismember(&within, SIGCHLD);
+                }),
+            0);
+  sigprocmask(SIG_SETMASK, nullptr, &after);
+  for (const int signal : {SIGCHLD, SIGINT, SIGTERM, SIGHUP})
+    EXPECT_EQ(sigismember(&after, signal), sigismember(&before, signal)) << signal;
+}
+
+TEST_F(ConfinedRun, PathsThatAreNotGivenAreNone) {
+  EXPECT_EQ(Run({.readable = {"", folder_ / "none"}, .writable = {""}}, [] { return 0; }), 0);
+  WriteBytes(folder_ / "file", "x");
+  testing::internal::CaptureStderr();
+  EXPECT_NE(Run({.writable = {folder_ / "file/out"}}, [] { return 0; }), 0);
+  EXPECT_NE(testing::internal::GetCapturedStderr().find(folder_ / "file"), std::string::npos);
+}
+
+TEST_F(ConfinedRun, WhatIsPrintedArrives) {
+  testing::internal::CaptureStdout();
+  std::printf("before ");
+  EXPECT_EQ(Run({},
+                [] {
+                  std::printf("within ");
+                  return 0;
+                }),
+            0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "before within ");
 }
 
 }  // namespace

@@ -22,5 +22,17 @@ TEST(JsonOutput, IsTheMessageAsProgramsReadIt) {
   EXPECT_EQ(read.message(), "a \"quoted\" word");
 }
 
+TEST(JsonOutput, IsPrintedWhereItIsAskedFor) {
+  v1::Job job;
+  job.set_id("20260101-1");
+  const auto printed = [&job](bool as_json) {
+    ::testing::internal::CaptureStdout();
+    EXPECT_TRUE(PrintMessage(job, as_json, "a job\n").ok());
+    return ::testing::internal::GetCapturedStdout();
+  };
+  EXPECT_EQ(printed(false), "a job\n");
+  EXPECT_EQ(printed(true).find("{\n \"id\": \"20260101-1\","), 0u);
+}
+
 }  // namespace
 }  // namespace weft

@@ -111,5 +111,12 @@ TEST(KindOptions, StandForOptionsOfThePipeline) {
   EXPECT_THROW(command.parse("a.ply --openings 1000", false), CLI::ValidationError);
 }
 
+TEST_F(KindOptionsTest, ASingleInputIsGivenOnce) {
+  EXPECT_THAT(Refusal("--target other.json"), HasSubstr("--target"));
+  EXPECT_THAT(Refusal("other-film"), HasSubstr("other-film"));
+  EXPECT_THAT(Refusal("--every 10001"), HasSubstr("--every: Value 10001 not in range"));
+  EXPECT_THAT(Refusal("--every 1.5"), HasSubstr("--every"));
+}
+
 }  // namespace
 }  // namespace weft
