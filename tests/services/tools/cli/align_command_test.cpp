@@ -9,16 +9,19 @@
 #include <utility>
 
 #include "services/formats/files/cloud_file.h"
+#include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/template_file.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/tools/cli/weft_process.h"
+#include "weft/v1/command.pb.h"
 
 namespace weft {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 constexpr int kSide = 12;
@@ -96,6 +99,100 @@ TEST_F(AlignCommand, RegistersSeenAndUnseenVertices) {
           << row << " " << col;
     }
   }
+}
+
+TEST_F(AlignCommand, TellsTheStagesAndWhatBecameOfTheVertices) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  const WeftRun run = Align({"--threads", "1"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out,
+              MatchesRegex("stage             iterations   energy before    energy after        ms\n"
+                           "([a-z_ ]{16}  +([0-9]+|-)  +([0-9.e+-]+|-)  +([0-9.e+-]+|-)  +[0-9]+\\.[0-9]\n)+"
+                           "total {57}[ 0-9.]{8}\n"
+                           "targets: 135, of them outliers 0; points without a vertex: 0\n"
+                           "vertices: 144, observed 135, inferred 9; self-intersecting pairs of faces: 0\n"
+                           "[^\n]*mesh.ply: written\n"));
+  EXPECT_EQ(run.err, "");
+}
+
+TEST_F(AlignCommand, TheReportHasEveryMeasure) {
+  Cloud cloud = VisibleCloud();
+  cloud.points[0].position_mm += Eigen::Vector3d(0, 0, 60);  // an outlier
+  CloudPoint stranger = cloud.points[1];
+  stranger.node.row = 700;
+  cloud.points.push_back(stranger);
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", cloud).ok());
+  const WeftRun run = Align({"--json", "--set", "alignment.stretch_rings=3"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  v1::AlignReport report;
+  ASSERT_TRUE(ParseJson(run.out, "report", report).ok()) << run.out;
+  EXPECT_EQ(report.mesh_file(), folder_ / "mesh.ply");
+  EXPECT_EQ(report.preset(), "best");
+  EXPECT_EQ(report.targets(), 135);
+  EXPECT_EQ(report.outliers(), 1);
+  EXPECT_EQ(report.mesh().unclaimed_points(), 1);
+  EXPECT_EQ(report.mesh().vertices(), 144);
+  EXPECT_EQ(report.mesh().observed(), 134);
+  EXPECT_EQ(report.inferred(), 10);
+  EXPECT_EQ(report.self_intersections(), 0);
+  EXPECT_GT(report.align_ms(), 0);
+  EXPECT_GT(report.mesh().stages_size(), 2);
+  EXPECT_EQ(report.options().alignment().stretch_rings(), 3);
+  EXPECT_FALSE(report.mesh().has_scan());
+  // --stretchy is four of them.
+  const WeftRun stretchy = Align({"--json", "--stretchy"});
+  ASSERT_TRUE(ParseJson(stretchy.out, "report", report).ok()) << stretchy.err;
+  EXPECT_EQ(report.options().alignment().stretch_rings(), 4);
+}
+
+// More than 5 % longer or shorter than the template is another garment, or another size.
+TEST_F(AlignCommand, ClothOfAnotherSizeIsPointedOut) {
+  for (const auto& [scale, words] :
+       {std::pair(1.1, "the cloth is 10.0 % longer than the template"),
+        std::pair(0.9, "the cloth is 10.0 % shorter than the template"), std::pair(1.03, "")}) {
+    Cloud cloud = VisibleCloud();
+    for (CloudPoint& point : cloud.points) point.position_mm *= scale;
+    ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", cloud).ok());
+    const WeftRun run = Align();
+    if (*words == '\0') {
+      EXPECT_EQ(run.err, "");
+    } else {
+      EXPECT_THAT(run.err, AllOf(HasSubstr(folder_ / "cloud.ply"), HasSubstr(words),
+                                 HasSubstr("is it of the right size?")));
+    }
+  }
+}
+
+TEST_F(AlignCommand, AStartThatIsTurnedIsTurnedBack) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  ASSERT_EQ(Align().status, 0);
+  auto start = ReadMesh(folder_ / "mesh.ply");
+  ASSERT_TRUE(start.ok());
+  const Eigen::Matrix3d turn(Eigen::AngleAxisd(1.5707963, Eigen::Vector3d::UnitZ()));
+  for (Eigen::Vector3d& v : start->vertices_mm) v = turn * v;
+  ASSERT_TRUE(WriteMesh(folder_ / "start.ply", *start).ok());
+  const WeftRun run = Align({"--start", folder_ / "start.ply"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.err,
+              HasSubstr("start.ply: is turned by 90 degrees against the cloud, and was turned back"));
+}
+
+TEST_F(AlignCommand, PointsWithoutAMeasurementAreCounted) {
+  std::string rows = "nan nan nan 1\n";
+  for (int v = 0; v < kSide * kSide; ++v) {
+    const Eigen::Vector3d p = Rolled(v / kSide, v % kSide);
+    rows += std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + " " +
+            std::to_string(v) + "\n";
+  }
+  WriteBytes(
+      folder_ / "cloud.ply",
+      "ply\nformat ascii 1.0\nelement vertex 145\nproperty float x\nproperty float y\nproperty float z\n"
+      "property int template_vertex\nend_header\n" +
+          rows);
+  const WeftRun run = Align();
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.err, "weft: warning: " + (folder_ / "cloud.ply") +
+                         ": 1 points have no measurement and are left out\n");
 }
 
 TEST_F(AlignCommand, TakesPointsByTemplateVertexAndPrintsJson) {
