@@ -14,11 +14,19 @@ namespace {
 
 // A file each, NAME.txt.
 const std::pair<std::string, void (*)(CLI::App&, CommandLine&)> kCommands[] = {
-    {"library", AddLibraryCommand},   {"motion", AddMotionCommand},   {"operation", AddOperationCommand},
-    {"options", AddOptionsCommand},   {"pattern", AddPatternCommand}, {"register", AddRegisterCommand},
-    {"rig", AddRigCommand},           {"session", AddSessionCommand}, {"simulate", AddSimulateCommand},
-    {"split", AddSplitCommand},       {"support", AddSupportCommand}, {"take", AddTakeCommand},
-    {"template", AddTemplateCommand},
+    {"access", AddAccessCommand},     {"align", AddAlignCommand},
+    {"avatar", AddAvatarCommand},     {"body", AddBodyCommand},
+    {"camera", AddCameraCommand},     {"daemon", AddDaemonCommand},
+    {"dataset", AddDatasetCommand},   {"decode", AddDecodeCommand},
+    {"doctor", AddDoctorCommand},     {"evaluate", AddEvaluateCommand},
+    {"export", AddExportCommand},     {"garment", AddGarmentCommand},
+    {"job", AddJobCommand},           {"library", AddLibraryCommand},
+    {"motion", AddMotionCommand},     {"operation", AddOperationCommand},
+    {"options", AddOptionsCommand},   {"pattern", AddPatternCommand},
+    {"register", AddRegisterCommand}, {"rig", AddRigCommand},
+    {"session", AddSessionCommand},   {"simulate", AddSimulateCommand},
+    {"split", AddSplitCommand},       {"support", AddSupportCommand},
+    {"take", AddTakeCommand},         {"template", AddTemplateCommand},
 };
 
 // A change that is meant is made in the file, too. New options may come; what is there stays.
