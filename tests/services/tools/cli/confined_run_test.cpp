@@ -78,22 +78,27 @@ TEST_F(ConfinedRun, ACrashIsAFailure) {
 }
 
 TEST_F(ConfinedRun, SignalsOfOthersArriveInIt) {
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
   const pid_t outer = getpid();
   const pid_t sender = fork();
   if (sender == 0) {
-    usleep(300'000);
-    kill(outer, SIGTERM);
+    char told = 0;
+    if (read(ready[0], &told, 1) == 1) kill(outer, SIGTERM);
     _exit(0);
   }
   EXPECT_EQ(Run({},
-                [] {
+                [&ready] {
                   signal(SIGTERM, [](int) { _exit(7); });
+                  if (write(ready[1], "x", 1) != 1) return 8;
                   for (;;) pause();
                   return 0;
                 }),
             7);
+  waitpid(sender, nullptr, 0);
+  close(ready[0]);
+  close(ready[1]);
 }
-
 TEST_F(ConfinedRun, SaysThatACrashMayBeMeant) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(Run({},
@@ -171,6 +176,18 @@ TEST_F(ConfinedRun, PathsThatAreNotGivenAreNone) {
   testing::internal::CaptureStderr();
   EXPECT_NE(Run({.writable = {folder_ / "file/out"}}, [] { return 0; }), 0);
   EXPECT_NE(testing::internal::GetCapturedStderr().find(folder_ / "file"), std::string::npos);
+}
+
+TEST_F(ConfinedRun, RunsProgramsOnlyWhereItMay) {
+  if (LandlockVersion() == 0) GTEST_SKIP() << "this kernel has no Landlock";
+  const auto run_one = [] {
+    char name[] = "true";
+    char* const arguments[] = {name, nullptr};
+    execv("/bin/true", arguments);
+    return 9;  // it could not
+  };
+  EXPECT_EQ(Run({.may_run_programs = true}, run_one), 0);
+  EXPECT_NE(Run({}, run_one), 0);
 }
 
 TEST_F(ConfinedRun, WhatIsPrintedArrives) {
