@@ -43,6 +43,16 @@ TEST_F(CommandBody, SizesAreFactorsAgainstThoseOfAnAveragePerson) {
   }
 }
 
+// Of an average person: 344 mm, 290, 255, 420 and 410.
+TEST_F(CommandBody, TellsHowLongLimbsAre) {
+  const CommandRun run = Make({"--arm-length", "1.1", "--leg-length", "0.9", "--shoulder-width", "1.2"});
+  ASSERT_TRUE(run.status.ok()) << run.status;
+  EXPECT_THAT(run.out,
+              ::testing::EndsWith(
+                  "belly_depth       1.000\nshoulder joints 413 mm apart, upper arm 319, forearm 280, "
+                  "thigh 378, shin 369 mm\n"));
+}
+
 TEST_F(CommandBody, ASeedMakesTheSamePersonAgain) {
   std::vector<std::string> hashes;
   for (const char* seed : {"7", "7", "8"}) {

@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 // One camera that has a picture, one that has none.
 class TwoCameras final : public v1::Cameras::Service {
  public:
-  std::string asked;
+  std::string asked, lease;
 
  private:
   grpc::Status ListCameras(grpc::ServerContext*, const v1::ListCamerasRequest*,
@@ -38,6 +38,7 @@ class TwoCameras final : public v1::Cameras::Service {
   grpc::Status LookAtCameras(grpc::ServerContext*, const v1::LookAtCamerasRequest* request,
                              grpc::ServerWriter<v1::CameraLook>* out) override {
     asked = request->ShortDebugString();
+    lease = request->lease();
     v1::CameraLook look;
     v1::TakeCamera& camera = *look.mutable_camera();
     camera.set_id("left");
@@ -100,6 +101,7 @@ TEST_F(CommandCamera, WritesThePicturesThereAre) {
   const CommandRun run =
       Camera({"look", "--lease", "abc", "--camera", "left", "--width-px", "320", "--out", out, "--json"});
   ASSERT_TRUE(run.status.ok()) << run.status;
+  EXPECT_EQ(cameras_.lease, "abc");
   EXPECT_EQ(ReadBytes(out + "/left.jpg"), "a jpeg");
   EXPECT_FALSE(std::filesystem::exists(out + "/right.jpg"));
   EXPECT_THAT(cameras_.asked, HasSubstr("camera_id: \"left\" width_px: 320"));

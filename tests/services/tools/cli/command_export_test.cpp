@@ -63,6 +63,23 @@ TEST_F(CommandExport, FramesWithoutAMeshAndBridgedOnesAreCounted) {
   EXPECT_THAT(run.out, ::testing::EndsWith(", 1 bridged, 1 without a mesh\n"));
 }
 
+TEST_F(CommandExport, WhatIsLeftOutIsAWarning) {
+  const CommandRun run = Export({"--format", "ply"});
+  EXPECT_THAT(run.err, HasSubstr("weft: warning: Velocities are left out: nothing tells the frame rate"));
+  std::filesystem::remove_all(out_);
+  EXPECT_EQ(Export({"--format", "ply"}, true).err, "");
+}
+
+TEST_F(CommandExport, MeshesMayBeCoarser) {
+  const CommandRun run = Export({"--format", "ply", "--max-vertices", "3"});
+  ASSERT_TRUE(run.status.ok()) << run.status;
+  EXPECT_THAT(run.out, HasSubstr(": ply, 3 frames of 3 vertices and 1 faces, m, "));
+  const CommandRun alone = Export({"--format", "glb", "--fps", "25", "--normal-map", "32"});
+  EXPECT_EQ(alone.status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(alone.message(),
+              HasSubstr("--normal-map: holds what a coarser mesh lacks; say with --max-vertices"));
+}
+
 TEST_F(CommandExport, AttributesAreThoseThatWereNamed) {
   ASSERT_TRUE(Export({"--format", "ply", "--attributes", "sigma,state"}).status.ok());
   EXPECT_THAT(ReadBytes(out_ + "/0000.ply"), AllOf(HasSubstr("sigma"), HasSubstr("state")));

@@ -17,8 +17,9 @@ using Rgb = std::array<int, 3>;
 
 constexpr Rgb kGround = {100, 100, 100}, kBlack = {0, 0, 0}, kWhite = {255, 255, 255},
               kGrey = {190, 190, 190}, kLegendGround = {24, 24, 24};
-// Of the first, second and third patch: hues 0, 137.5 and 275 degrees, a quarter of white in them.
-constexpr Rgb kFirst = {255, 64, 64}, kSecond = {64, 255, 120}, kThird = {175, 64, 255};
+// Of the first four patches: hues 0, 137.5, 275 and 52.5 degrees, a quarter of white in them.
+constexpr Rgb kFirst = {255, 64, 64}, kSecond = {64, 255, 120}, kThird = {175, 64, 255},
+              kFourth = {255, 231, 64};
 // Of the first and second reason to reject patches: hues 0 and 275 degrees, half of it white.
 constexpr Rgb kFirstReason = {255, 128, 128}, kSecondReason = {202, 128, 255};
 
@@ -94,7 +95,7 @@ TEST_F(DecodeOverlayTest, CellsAreDotsInTheColourOfTheirPatch) {
     }
     EXPECT_EQ(Pixel(x + 5, 10), kGround);
   }
-  EXPECT_NE(Pixel(68, 10), kThird);
+  EXPECT_EQ(Pixel(68, 10), kFourth);
   for (const int off : {-1, 0, 1}) EXPECT_EQ(Pixel(28 + off, 30), kWhite);
   EXPECT_EQ(Pixel(26, 30), kGround);
   EXPECT_EQ(Pixel(30, 30), kGround);
