@@ -189,6 +189,13 @@ TEST_F(DaemonAccessTest, HealthIsForEverybodyAndReflectionIsNot) {
   EXPECT_EQ(CallOnce(stranger, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo").error_code(),
             grpc::StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(CallOnce(stranger, "/no.such/Method").error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  // A name of a client's making is cut where it is written down.
+  CallOnce(stranger, "/" + std::string(300, 'x') + "/Method");
+  daemon_->Stop();
+  size_t longest = 0;
+  const std::vector<v1::AuditEntry> log = ReadAuditLog(AuditLogFile(options_.state_folder), 100).value();
+  for (const v1::AuditEntry& entry : log) longest = std::max(longest, entry.method().size());
+  EXPECT_EQ(longest, 200U);
 }
 
 TEST_F(DaemonAccessTest, TokensComeAndGoWithoutARestart) {
@@ -285,7 +292,13 @@ TEST(ConnectionLimits, StayBelowTheDescriptors) {
     EXPECT_LE(limits.all + limits.reserve, descriptors - 200);
     EXPECT_LE(limits.of_one_peer, limits.all / 2);
   }
-  EXPECT_GT(LimitsFor(64).all, 0);
+  const struct {
+    int descriptors, all, of_one_peer;
+  } exact[] = {{1272, 1000, 250}, {1271, 999, 250}, {512, 240, 120}, {304, 32, 16}, {64, 32, 16}};
+  for (const auto& c : exact) {
+    EXPECT_EQ(LimitsFor(c.descriptors).all, c.all) << c.descriptors;
+    EXPECT_EQ(LimitsFor(c.descriptors).of_one_peer, c.of_one_peer) << c.descriptors;
+  }
 }
 
 TEST_F(DaemonTest, LeavesFilesThatAreNoSocketsAlone) {

@@ -85,6 +85,27 @@ TEST_F(DaemonLimitsTest, MessagesAreTakenUncompressedAlone) {
   }
 }
 
+TEST_F(DaemonLimitsTest, CallsWithLargeHeadersAreRefusedAndNamed) {
+  StartDaemon();
+  const auto with = [this](size_t bytes) {
+    grpc::ClientContext context;
+    context.AddMetadata("x-large", std::string(bytes, 'x'));
+    v1::ServerInfo info;
+    return v1::Server::NewStub(client_->channel())->GetServerInfo(&context, {}, &info);
+  };
+  EXPECT_TRUE(with(15'000).ok());
+  const grpc::Status refused = with(16'384);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), StartsWith("the call's metadata has 16"));
+  EXPECT_THAT(refused.error_message(), HasSubstr(" bytes, at most 16384 are allowed"));
+  const std::vector<v1::AuditEntry> entries = WaitUntilAudited("Server.GetServerInfo", "metadata");
+  ASSERT_EQ(entries.size(), 1U);
+  EXPECT_EQ(entries[0].outcome(), "INVALID_ARGUMENT");
+  EXPECT_THAT(entries[0].peer(), StartsWith("user "));
+  EXPECT_EQ(entries[0].message(), refused.error_message());
+  EXPECT_EQ(entries[0].caller(), "") << "nobody looked who it is";
+}
+
 TEST_F(DaemonLimitsTest, IdleWatchersOfOneCallerLeaveRoomForOthers) {
   options_.caller_limits.streams = 5;
   StartDaemon();

@@ -1,10 +1,13 @@
 // What a daemon says of itself: health and metrics.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <grpcpp/grpcpp.h>
 #include <netinet/in.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <fstream>
@@ -15,12 +18,15 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/formats/files/json_file.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/server/access/access_list.h"
 #include "services/server/access/audit_log.h"
+#include "services/studio/recorder/recorder_files.h"
 #include "tests/services/server/access/certificate_maker.h"
 #include "tests/services/server/daemon/daemon_fixture.h"
 #include "tests/services/server/daemon/raw_call.h"
+#include "weft/v1/recorder.pb.h"
 
 namespace weft {
 namespace {
@@ -135,6 +141,31 @@ TEST_F(MetricsTest, CountCallsJobsAndFrames) {
   // Counters do not count twice.
   text = Get("/metrics", token_);
   EXPECT_EQ(ValueOfMetric(text, "weft_frames_total{outcome=\"done\"}"), 2);
+}
+
+TEST_F(MetricsTest, TellOfTakesThatAreRecorded) {
+  // This process stands in for the recorder of one; the other one has ended.
+  std::vector<UniqueFd> locks;
+  for (const char* id : {"20260101-000000-00000000", "20260101-000000-00000001"}) {
+    const std::string folder = folder_ / (std::string("state/takes/") + id);
+    std::filesystem::create_directories(folder);
+    const RecorderFiles files(folder);
+    v1::RecorderState state;
+    state.set_phase(locks.empty() ? v1::RECORDER_PHASE_RECORDING : v1::RECORDER_PHASE_ENDED);
+    state.set_sets_dropped(3);
+    state.set_frames_missing(5);
+    ASSERT_TRUE(WriteJsonFile(files.request, v1::RecorderRequest()).ok());
+    ASSERT_TRUE(WriteJsonFile(files.state, state).ok());
+    if (!locks.empty()) continue;
+    WriteBytes(files.lock, std::to_string(getpid()));
+    locks.emplace_back(open(files.lock.c_str(), O_RDWR | O_CLOEXEC));
+    ASSERT_EQ(flock(locks[0].get(), LOCK_EX | LOCK_NB), 0);
+  }
+  StartDaemon();
+  const std::string text = Get("/metrics", token_);
+  EXPECT_EQ(ValueOfMetric(text, "weft_takes_recording"), 1);
+  EXPECT_EQ(ValueOfMetric(text, "weft_recording_sets_dropped"), 3);
+  EXPECT_EQ(ValueOfMetric(text, "weft_recording_frames_missing"), 5);
 }
 
 TEST_F(MetricsTest, AreForThoseWhoShowAToken) {

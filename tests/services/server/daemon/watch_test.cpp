@@ -62,13 +62,15 @@ TEST_F(DaemonTest, SendsLongJobsInPieces) {
   ASSERT_TRUE(client_->Cancel(id).ok());
   int updates = 0;
   size_t frames = 0;
-  ASSERT_TRUE(client_
-                  ->Watch(id,
-                          [&](const v1::JobUpdate& update) {
-                            ++updates;
-                            frames += static_cast<size_t>(update.frames_size());
-                          })
-                  .ok());
+  std::stop_source stop;
+  const auto job = client_->Watch(
+      id,
+      [&](const v1::JobUpdate& update) {
+        frames += static_cast<size_t>(update.frames_size());
+        if (++updates > 10) stop.request_stop();
+      },
+      stop.get_token());
+  ASSERT_TRUE(job.ok()) << "the same again and again: " << job.status();
   EXPECT_EQ(frames, names.size());
   EXPECT_EQ(updates, 3);
 }

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 
@@ -67,6 +68,66 @@ TEST_F(PathPolicyTest, NeedsFoldersThatExist) {
   EXPECT_EQ(PathPolicy::Create({}).status().code(), absl::StatusCode::kInvalidArgument);
   const auto missing = PathPolicy::Create({folder_ / "none"});
   EXPECT_THAT(std::string(missing.status().message()), HasSubstr(folder_ / "none"));
+}
+
+// The state folder below a folder that clients may name: takes and results in it are theirs to read.
+TEST_F(PathPolicyTest, TheDaemonsOwnFolderIsClosed) {
+  const std::string open = fs::canonical(folder_ / "open").string(), state = open + "/state";
+  fs::remove(folder_ / "open/way-out");
+  fs::remove(folder_ / "open/dangling");
+  for (const char* folder : {"/takes", "/results/job", "/library"}) fs::create_directories(state + folder);
+  const PathPolicy policy = *PathPolicy::Create({open}, state);
+  const auto closed = [&](const std::string& path) {
+    return "rig: " + path + " is in the daemon's own folder, " + state +
+           ", or contains it; choose another one";
+  };
+  for (const std::string& path : {state + "/takes", state + "/results/job", open + "/takes"})
+    EXPECT_TRUE(policy.CheckInput("rig", path).ok()) << path;
+  for (const std::string& path : {state, state + "/library", open}) {
+    const absl::Status status = policy.CheckInput("rig", path).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << path;
+    EXPECT_EQ(status.message(), closed(path));
+  }
+  for (const std::string& path : {state, state + "/takes", state + "/results/new"})
+    EXPECT_EQ(policy.CheckOutput("rig", path).status().message(), closed(path));
+  EXPECT_EQ(policy.CheckOutput("out", open).status().message(),
+            "out: " + open + " contains the daemon's own folder, " + state + "; choose another one");
+  EXPECT_TRUE(policy.CheckOutput("out", open + "/statement").ok());
+  // What those may read that read all.
+  WriteBytes(open + "/rig.json", "{}");
+  EXPECT_THAT(policy.AllowedButState(), ::testing::UnorderedElementsAre(open + "/takes", open + "/rig.json"));
+  const PathPolicy elsewhere = *PathPolicy::Create({open + "/takes"}, state);
+  EXPECT_THAT(elsewhere.AllowedButState(), ::testing::ElementsAre(open + "/takes"));
+  const PathPolicy inside = *PathPolicy::Create({open + "/takes", state}, state);
+  EXPECT_THAT(inside.AllowedButState(), ::testing::ElementsAre(open + "/takes"));
+}
+
+TEST_F(PathPolicyTest, SaysWhatIsWrongWithAPath) {
+  const std::string open = fs::canonical(folder_ / "open").string();
+  ASSERT_EQ(mkfifo((open + "/takes/fifo").c_str(), 0600), 0);
+  const absl::Status special = policy_.CheckInput("dump", open + "/takes").status();
+  EXPECT_EQ(special.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(special.message(),
+            "dump: " + open +
+                "/takes/fifo is a FIFO, device or socket, which is not read; remove it, or put "
+                "a file in its place");
+  const std::pair<absl::Status, std::string> faults[] = {
+      {policy_.CheckInput("rig", "").status(),
+       "rig: \"\" is not absolute; give the path from the root of the daemon's machine"},
+      {policy_.CheckInput("rig", "/etc/passwd").status(),
+       "rig: /etc/passwd lies outside the folders that the daemon may use (" + open +
+           "); move it there, or start weftd with another --allow-path"},
+      {policy_.CheckInput("rig", open + "/none").status(),
+       "rig: " + open + "/none: no such file on the daemon's machine; copy it there"},
+      {policy_.CheckOutput("out", open + "/takes/rig.json").status(),
+       "out: " + open + "/takes/rig.json is a file; give a folder"},
+      {policy_.CheckLinks("dump", open),
+       "dump: " + open + "/way-out is a link that leads out of the folders that the daemon may use (" + open +
+           "); put the file there instead of the link, or start weftd with another --allow-path"},
+      {PathPolicy::Create({}).status(), "--allow-path: give at least one folder"},
+      {PathPolicy::Create({open + "/takes/rig.json"}).status(),
+       "--allow-path: " + open + "/takes/rig.json is no folder"}};
+  for (const auto& [status, words] : faults) EXPECT_EQ(status.message(), words);
 }
 
 TEST_F(PathPolicyTest, TheRootAllowsEverything) {

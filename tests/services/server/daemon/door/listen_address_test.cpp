@@ -67,6 +67,15 @@ TEST(ListenAt, ChoosesAPortThatNobodyElseGets) {
   EXPECT_THAT(std::string(second.message()), HasSubstr(first->address));
 }
 
+TEST(ListenAt, SaysWhyItCannot) {
+  const absl::Status status = ListenAt(*ParseListenAddress("192.0.2.7:7411")).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(
+      status.message(),
+      "--listen: 192.0.2.7:7411 cannot be listened on (Cannot assign requested address); is another program "
+      "using it, or is the address not one of this machine's?");
+}
+
 TEST(ListenAt, ASocketIsItsOwnersAndReplacedWhenLeftBehind) {
   const TempFolder folder;
   const ListenAddress address = *ParseListenAddress("unix:" + (folder / "s"));

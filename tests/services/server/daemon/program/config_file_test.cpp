@@ -60,6 +60,14 @@ TEST_F(ConfigFileTest, NamesLineAndFieldOfAMistake) {
   EXPECT_EQ(ApplyConfigFile(folder_ / "missing", app_).code(), absl::StatusCode::kNotFound);
 }
 
+TEST_F(ConfigFileTest, HasAMebibyteAtTheMost) {
+  std::string text = "workers: 7\n#";
+  text.resize(1 << 20, 'x');
+  EXPECT_TRUE(Apply(text).ok());
+  EXPECT_EQ(workers_, 7);
+  EXPECT_FALSE(Apply(text + "x").ok());
+}
+
 TEST_F(ConfigFileTest, IsWrittenWithDefaultsAsComments) {
   app_.parse("--workers 2 --listen unix:/a");
   const std::string text = ConfigFileText(app_);

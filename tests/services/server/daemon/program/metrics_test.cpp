@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <string>
 
@@ -30,6 +31,47 @@ TEST(MetricsText, HasWhatTheLoadSays) {
   text = metrics.Text();
   EXPECT_THAT(text, HasSubstr("\nweft_jobs{state=\"queued\"} 0"));
   EXPECT_THAT(text, HasSubstr("\nweft_frames_total{outcome=\"done\"} 8"));
+}
+
+TEST(MetricsText, HasEveryNumberOfTheLoad) {
+  DaemonLoad load;
+  load.jobs_queued = 11;
+  load.jobs_running = 12;
+  load.calls_running = 13;
+  load.streams_running = 14;
+  load.uploads_running = 15;
+  load.frames_done = 16;
+  load.frames_failed = 17;
+  load.watchers = 18;
+  load.workers = 19;
+  load.connections = 20;
+  load.takes_recording = 21;
+  load.sets_dropped = 22;
+  load.frames_missing = 23;
+  load.state_free_bytes = 24;
+  load.serving = true;
+  Metrics metrics([&] { return load; }, 25);
+  const std::string text = metrics.Text();
+  for (const char* line : {"weft_jobs{state=\"queued\"} 11", "weft_jobs{state=\"running\"} 12",
+                           "weft_calls_running{kind=\"unary\"} 13", "weft_calls_running{kind=\"stream\"} 14",
+                           "weft_calls_running{kind=\"upload\"} 15", "weft_frames_total{outcome=\"done\"} 16",
+                           "weft_frames_total{outcome=\"failed\"} 17", "weft_job_watchers 18",
+                           "weft_workers 19", "weft_connections 20", "weft_takes_recording 21",
+                           "weft_recording_sets_dropped 22", "weft_recording_frames_missing 23",
+                           "weft_state_free_bytes 24", "weft_serving 1", "process_start_time_seconds 25"})
+    EXPECT_THAT(text, HasSubstr(std::string("\n") + line + "\n"));
+  const auto value_of = [&](const std::string& name) {
+    const size_t at = text.find("\n" + name + " ");
+    return at == std::string::npos ? -1 : std::stod(text.substr(at + name.size() + 2));
+  };
+  EXPECT_GT(value_of("process_resident_memory_bytes"), 1e6);
+  EXPECT_GE(value_of("process_open_fds"), 3);
+  EXPECT_LT(value_of("process_open_fds"), 1e5);
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  const double most_s = static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 2;
+  EXPECT_GT(value_of("process_cpu_seconds_total"), 0);
+  EXPECT_LE(value_of("process_cpu_seconds_total"), most_s);
 }
 
 TEST(MetricsText, CountsCallsByMethodAndOutcome) {

@@ -3,6 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
+#include <utility>
+
+#include "base/host_clock.h"
+#include "services/formats/files/json_file.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -125,7 +130,12 @@ TEST_F(SessionRegistryTest, ARepeatedRequestGetsTheSameSession) {
   const v1::CaptureSession first = Open(request);
   EXPECT_EQ(first.id(), "stage-2-monday");
   EXPECT_EQ(Open(request).lease(), first.lease());
-  request.set_owner("ben");
+  for (const char* field : {"owner", "rig", "board", "garment"}) {
+    v1::OpenSessionRequest other = request;
+    other.GetReflection()->SetString(&other, other.GetDescriptor()->FindFieldByName(field), "another");
+    EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(other, kAnna).status())) << field;
+  }
+  request.mutable_cameras()->set_fps(30);
   EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(request, kAnna).status()));
 }
 
@@ -149,6 +159,80 @@ TEST_F(SessionRegistryTest, OnlyAKeysFirstCallerGetsTheLeaseAgain) {
   EXPECT_EQ(keeper_->Open(copied, {"token 3 (anna)", v1::ROLE_OPERATOR})->lease(), first.lease());
 }
 
+TEST_F(SessionRegistryTest, HasAllThatWasAskedFor) {
+  v1::OpenSessionRequest request = Request({"a"});
+  request.set_idempotency_key("session-of-anna");
+  request.set_rig("/rig");
+  request.set_board("/board");
+  request.set_garment("/shirt");
+  request.set_lease_s(0);
+  const int64_t before_ns = HostTime_ns();
+  v1::CaptureSession session = Open(request);
+  EXPECT_THAT(session.lease(), ::testing::MatchesRegex("session-of-anna\\.[0-9a-f]{32}"));
+  EXPECT_GE(session.opened_unix_ns(), before_ns);
+  EXPECT_LE(session.opened_unix_ns(), HostTime_ns());
+  session.clear_lease();
+  session.clear_opened_unix_ns();
+  EXPECT_EQ(
+      session.ShortDebugString(),
+      "id: \"session-of-anna\" cameras { cameras { id: \"of-a\" gige { device: \"a\" } } } rig: \"/rig\" "
+      "board: \"/board\" garment: \"/shirt\" owner: \"anna\" state: CAPTURE_SESSION_STATE_OPEN lease_s: 60 "
+      "remaining_s: 60 opened_by: \"token 1 (anna)\"");
+  EXPECT_EQ(keeper_->UsersOfDevices(),
+            (std::map<std::string, std::string>{{"a", "session session-of-anna of anna"}}));
+  v1::OpenSessionRequest second = Request({"a"}, "ben");
+  second.set_take_over(true);
+  Open(second);
+  const v1::CaptureSession ended = *keeper_->Get("session-of-anna");
+  EXPECT_EQ(ended.ended_by(), "ben");
+  EXPECT_GE(ended.ended_unix_ns(), before_ns);
+  EXPECT_EQ(ended.remaining_s(), 0);
+  EXPECT_THAT(std::string(keeper_->Get("other").status().message()),
+              HasSubstr("session_id: no session \"other\"; `weft session list` shows them"));
+  EXPECT_THAT(std::string(keeper_->Renew("other").status().message()),
+              HasSubstr("lease: fits no session; give the lease that OpenSession answered"));
+}
+
+TEST_F(SessionRegistryTest, LeasesAreRenewedToTheirWholeLengthAndHaveLimits) {
+  v1::OpenSessionRequest request = Request({"a"});
+  for (const double lease_s : {5.0, 7.0 * 24 * 3600}) {
+    request.set_lease_s(lease_s);
+    const v1::CaptureSession session = Open(request);
+    now_ += seconds(2);
+    EXPECT_EQ(keeper_->Get(session.id())->remaining_s(), lease_s - 2);
+    EXPECT_EQ(keeper_->Renew(session.lease())->remaining_s(), lease_s);
+    EXPECT_EQ(keeper_->Close(session.lease())->state(), v1::CAPTURE_SESSION_STATE_CLOSED);
+    EXPECT_THAT(std::string(keeper_->Renew(session.lease()).status().message()),
+                HasSubstr(" was closed; open a new one"));
+  }
+  for (const double lease_s : {4.9, 7.0 * 24 * 3600 + 1}) {
+    request.set_lease_s(lease_s);
+    EXPECT_THAT(std::string(keeper_->Open(request, kAnna).status().message()),
+                HasSubstr(" is out of range; give 5 to 604800 seconds, or 0 for 60"));
+  }
+  // A file may say anything.
+  request.set_lease_s(60);
+  const v1::CaptureSession session = Open(request);
+  const std::string file = folder_ / ("sessions/" + session.id() + ".json");
+  for (const auto& [written_s, kept_s] : {std::pair(1e30, 7.0 * 24 * 3600), {-1e30, 0.0}}) {
+    v1::CaptureSession stored;
+    ASSERT_TRUE(ReadJsonFile(file, stored).ok());
+    stored.set_lease_s(written_s);
+    ASSERT_TRUE(WriteJsonFile(file, stored).ok());
+    Restart();
+    const v1::CaptureSession now = *keeper_->Get(session.id());
+    EXPECT_EQ(now.remaining_s(), kept_s);
+    EXPECT_EQ(now.state(), kept_s > 0 ? v1::CAPTURE_SESSION_STATE_OPEN : v1::CAPTURE_SESSION_STATE_EXPIRED);
+  }
+}
+
+TEST_F(SessionRegistryTest, OneCallerLeavesSessionsForOthers) {
+  for (int i = 0; i < 300; ++i) Open(Request({"d" + std::to_string(i)}));
+  EXPECT_EQ(keeper_->Open(Request({"one-more"}), kAnna).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(keeper_->Open(Request({"another"}), {"token 2 (ben)", v1::ROLE_OPERATOR}).ok());
+}
+
 TEST_F(SessionRegistryTest, ListsComeInPages) {
   for (const char* device : {"a", "b", "c"}) Open(Request({device}));
   const auto first = keeper_->List(2);
@@ -156,6 +240,7 @@ TEST_F(SessionRegistryTest, ListsComeInPages) {
   const auto second = keeper_->List(2, first->next_page_token());
   ASSERT_EQ(second->sessions_size(), 1);
   EXPECT_EQ(second->next_page_token(), "");
+  EXPECT_EQ(keeper_->List(2, "a\nb").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_GT(first->sessions(1).opened_unix_ns(), second->sessions(0).opened_unix_ns());
 }
 

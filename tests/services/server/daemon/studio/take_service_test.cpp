@@ -117,8 +117,8 @@ TEST_F(TakeServiceTest, WatchersAreToldOfTheLedgerOnceAndOfLiveRegistration) {
   TakeClient client(*client_);
   const auto take = client.Watch(id_, [&](const v1::RecordedTake& now) {
     for (const v1::TakeEvent& event : now.events())
-      told.push_back(
-          absl::StrCat(event.event(), " ", event.first_set(), " ", event.camera(), " ", event.cause()));
+      told.push_back(absl::StrCat(event.event(), " ", event.first_set(), "-", event.last_set(), " ",
+                                  event.camera(), " ", event.cause()));
     if (now.live().latency_s() == 0 || std::exchange(recorded, true)) return;
     EXPECT_EQ(now.live_job_id(), job->id());
     record(1);
@@ -127,7 +127,7 @@ TEST_F(TakeServiceTest, WatchersAreToldOfTheLedgerOnceAndOfLiveRegistration) {
     lock_.Close();
   });
   ASSERT_TRUE(take.ok()) << take.status();
-  EXPECT_THAT(told, ElementsAre("missing 0 cam1 no light", "missing 1 cam1 no light", HasSubstr("end")));
+  EXPECT_THAT(told, ElementsAre("missing 0-0 cam1 no light", "missing 1-1 cam1 no light", HasSubstr("end")));
 }
 
 TEST_F(TakeServiceTest, ADaemonThatStopsEndsWatchersAndNotTheTake) {

@@ -1,6 +1,7 @@
 #include "services/server/daemon/work/cores.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace weft {
 namespace {
@@ -16,6 +17,19 @@ TEST(ShareCores, UsesAllCoresUnlessTold) {
     EXPECT_EQ(share.threads_per_worker, c.expected_threads)
         << c.cores << " " << c.workers << " " << c.threads;
   }
+}
+
+TEST(ShareMemory, LeavesEachWorkerFourGibibytesAtLeast) {
+  EXPECT_EQ(ShareMemoryMib(100'000, 4), 25'000);
+  EXPECT_EQ(ShareMemoryMib(16'384, 4), 4096);
+  EXPECT_EQ(ShareMemoryMib(16'000, 4), 4096);
+  EXPECT_EQ(ShareMemoryMib(10'000, 0), 10'000);
+}
+
+TEST(UsableMemory, IsAtMostThatOfTheMachine) {
+  const int64_t physical_bytes = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  EXPECT_GT(UsableMemoryMib(), 64);
+  EXPECT_LE(UsableMemoryMib(), physical_bytes / (1024 * 1024));
 }
 
 TEST(UsableCores, AreAtLeastOne) { EXPECT_GE(UsableCores(), 1); }

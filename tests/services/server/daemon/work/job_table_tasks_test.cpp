@@ -123,6 +123,18 @@ TEST_F(JobTableTasksTest, WorkersThatNeverBeginEndTheJob) {
   EXPECT_THAT(job->job().message(), HasSubstr("its workers end before they begin: no such program"));
 }
 
+TEST_F(JobTableTasksTest, OneThatBeganForgivesThoseThatDidNot) {
+  const JobRef job = Add(NewJob("a"), 5);
+  for (int round = 0; round < 2; ++round) {
+    for (int start = 1; start < kMaxAttempts; ++start) End(*Begin(), {.reason = "no such program"});
+    const auto task = Begin();
+    ASSERT_TRUE(task);
+    Tell(*task, Finished(task->task.frames(0)));
+    End(*task, {.reason = "stopped", .lost = true});
+  }
+  EXPECT_FALSE(job->life.is_aborted());
+}
+
 TEST_F(JobTableTasksTest, LackOfRoomIsNobodysFault) {
   const struct {
     std::optional<v1::WorkerEvent> error;

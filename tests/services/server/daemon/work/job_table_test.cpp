@@ -316,6 +316,40 @@ TEST_F(JobTableTest, GoesOnAfterTheDaemonBeforeItWasKilled) {
   EXPECT_THAT(Begin()->task.frames(), ElementsAre("f2")) << "the one that ran comes last, alone";
 }
 
+TEST_F(JobTableTest, SaysInTheLogWhatBecomesOfJobs) {
+  std::vector<std::string> said;
+  const auto hear = [&] {
+    for (const auto& [level, text] : Effects().log)
+      said.push_back(std::to_string(static_cast<int>(level)) + " " + text);
+  };
+  const JobRef job = Add(NewJob("a"), 3);
+  auto task = Begin();
+  Tell(*task, Finished("f0"));
+  End(*task, {.reason = "node 7 failed", .lost = true});
+  hear();
+  task = Begin();
+  table_.OnTaskWaits(task->task.id(), "the partition is full");
+  End(*task, {.reason = "killed"});
+  EXPECT_FALSE(Next());
+  hear();
+  table_.OnFolderTaken(job, absl::OkStatus(), now_);
+  task = Next();
+  ASSERT_TRUE(task);
+  table_.CouldNotBegin(*task, "no slot", now_);
+  table_.Abort(job, v1::JOB_STATE_CANCELLED, "cancelled");
+  Conclude(job);
+  JobLife life(NewJob("b"), Names(2));
+  table_.Resume(std::move(life), now_);
+  hear();
+  EXPECT_THAT(said, ::testing::IsSupersetOf(
+                        {"0 task a.1: 3 frames from f0", "0 job a: frame f0 FRAME_STATE_DONE ",
+                         "2 job a: 2 frames are registered again: node 7 failed",
+                         "1 job a: the partition is full", "2 job a: a worker ended abnormally: killed",
+                         "3 task a.3 cannot be started: no slot", "2 job a waits 1 s: no slot",
+                         "1 job a ends early: cancelled", "1 job b is resumed: 2 frames left"}));
+  EXPECT_THAT(said, ::testing::Contains(HasSubstr("1 job a: JOB_STATE_CANCELLED ")));
+}
+
 TEST_F(JobTableTest, AJobThatWasAbortedIsNotTakenUp) {
   JobLife life(NewJob("a"), Names(2));
   life.Start();

@@ -110,6 +110,54 @@ TEST_F(DaemonLibrary, GivesItsItemsBack) {
   EXPECT_TRUE(library.Fetch(*item, folder_ / "back/again").ok());  // all is there
 }
 
+TEST_F(DaemonLibrary, ListsComeInPagesAndFilesByTheirPaths) {
+  StartDaemon();
+  for (const char* bytes : {"{}", "[]"}) ASSERT_TRUE(UploadRig(bytes).ok());
+  v1::Library::Stub stub(client_->channel());
+  v1::ListItemsRequest list;
+  list.set_kind(v1::ITEM_KIND_RIG);
+  list.set_limit(1);
+  for (int pages = 0; pages < 2; ++pages) {
+    grpc::ClientContext context;
+    v1::ListItemsResponse response;
+    ASSERT_TRUE(stub.ListItems(&context, list, &response).ok());
+    EXPECT_EQ(response.items_size(), 1);
+    EXPECT_EQ(response.damaged_size(), 0);
+    EXPECT_EQ(response.next_page_token().empty(), pages == 1);
+    list.set_page_token(response.next_page_token());
+  }
+  const auto fetched = [&](const v1::FetchFileRequest& request) {
+    grpc::ClientContext context;
+    v1::FileChunk chunk;
+    const auto reader = stub.FetchFile(&context, request);
+    return reader->Read(&chunk) ? chunk.data() : std::string(reader->Finish().error_message());
+  };
+  v1::FetchFileRequest fetch;
+  fetch.set_kind(v1::ITEM_KIND_RIG);
+  fetch.set_item("lab@1");
+  fetch.set_path("rig.json");
+  EXPECT_EQ(fetched(fetch), "{}");
+  fetch.set_item("lab");
+  EXPECT_EQ(fetched(fetch), "[]");
+  fetch.set_path("../rig.json");
+  EXPECT_EQ(fetched(fetch), "path: the item has no file \"../rig.json\"");
+  fetch.set_offset(-1);
+  EXPECT_EQ(fetched(fetch), "offset: must not be negative");
+  grpc::ClientContext context, of_upload;
+  list.set_limit(-1);
+  v1::ListItemsResponse response;
+  EXPECT_EQ(stub.ListItems(&context, list, &response).error_message(),
+            "limit: -1 is negative; give 0 for all");
+  v1::BeginUploadResponse begun;
+  const auto writer = stub.BeginUpload(&of_upload, &begun);
+  writer->WritesDone();
+  EXPECT_EQ(writer->Finish().error_message(), "the call has no message");
+  const auto deleted = LibraryClient(*client_).Delete(v1::ITEM_KIND_RIG, "lab@1");
+  ASSERT_TRUE(deleted.ok()) << deleted.status();
+  EXPECT_TRUE(deleted->content_deleted());
+  EXPECT_EQ(deleted->item().bytes(), 2);
+}
+
 TEST_F(DaemonLibrary, TakesManifestsBeyondTheLimitOfAMessage) {
   StartDaemon();
   LocalItem files;
