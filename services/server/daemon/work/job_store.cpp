@@ -55,7 +55,7 @@ absl::Status JobStore::Flush(const std::string& job_id, std::chrono::millisecond
   changed_.wait_for(lock, patience, [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto found = pending_.find(job_id);
     is_written = found == pending_.end() || (!found->second.is_changed && !found->second.is_writing);
-    return is_written || found->second.was_refused;
+    return is_written || found->second.was_refused || has_stopped_;
   });
   if (is_written) return absl::OkStatus();
   return absl::DeadlineExceededError(absl::StrCat("job ", job_id, ": its state cannot be written down yet",
@@ -150,6 +150,8 @@ void JobStore::Work() {
   write_again_.reset();
   while (WriteNext(lock)) {
   }
+  has_stopped_ = true;
+  changed_.notify_all();
 }
 
 }  // namespace weft

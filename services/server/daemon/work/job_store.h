@@ -74,6 +74,7 @@ class JobStore {
   std::optional<Time> write_again_ ABSL_GUARDED_BY(mutex_);
   std::string trouble_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  bool has_stopped_ ABSL_GUARDED_BY(mutex_) = false;  // nothing is written any more
   std::thread thread_;
 };
 

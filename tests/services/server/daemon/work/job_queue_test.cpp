@@ -380,6 +380,10 @@ TEST_F(JobQueueTest, TellsThoseWhoWatchThatItStops) {
   EXPECT_GT(rung, before);
   EXPECT_TRUE(queue_->PollUpdates(*watcher).stopping);
   EXPECT_EQ(queue_->Submit(NewJob("b"), {"f0"}, v1::ROLE_CLIENT).message(), "the daemon is shutting down");
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_EQ(queue_->Cancel("a").status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(5))
+      << "nobody writes it down any more";
 }
 
 }  // namespace

@@ -94,6 +94,18 @@ TEST_F(JobStoreTest, ARowThatIsGoneIsMadeAnewAtTheEnd) {
   EXPECT_EQ(store->disk().ReadFrames("a")->size(), 2u);
 }
 
+TEST_F(JobStoreTest, KeepsNobodyWaitingOnceItHasStopped) {
+  const auto store = Open();
+  ASSERT_TRUE(store->disk().AddJob(JobOf("a"), {}).ok());
+  store->Stop();
+  store->Put(JobOf("a", v1::JOB_STATE_CANCELLED), {});
+  const auto before = std::chrono::steady_clock::now();
+  const absl::Status status = store->Flush("a", enough_);
+  EXPECT_EQ(status.message(), "job a: its state cannot be written down yet");
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(5));
+  EXPECT_EQ(store->disk().ReadJob("a")->state(), v1::JOB_STATE_RUNNING);
+}
+
 TEST_F(JobStoreTest, WhatIsOfNoJobAnyMoreIsNotWritten) {
   const auto store = Open();
   store->Put(JobOf("a"), {});
