@@ -49,7 +49,8 @@ class HelpFormatter : public CLI::Formatter {
     std::string name = option->get_name(is_positional, !is_positional);
     if (option->get_type_size() != 0 && !is_positional) {
       const std::string type = option->get_type_name();  // with ":VALIDATOR" behind it
-      absl::StrAppend(&name, " ", type.substr(0, type.find(':')));
+      const std::string word = type.substr(0, type.find(':'));
+      absl::StrAppend(&name, word.empty() ? "" : " ", word);  // a flag has none
       if (option->get_expected_max() > 1) name += "...";
     }
     std::string text = option->get_description();
