@@ -14,7 +14,8 @@ using testing::Not;
 
 TEST(ChildEnvironment, LeavesOutWhatIsNamedASecret) {
   for (const char* name : {"AWS_SECRET_ACCESS_KEY", "GITHUB_TOKEN", "WEFT_TOKEN", "PGPASSWORD", "smtp_passwd",
-                           "Vault_Credentials", "STUDIO_API_KEY", "TLS_PRIVATE_KEY", "SLACK_WEBHOOK"}) {
+                           "Vault_Credentials", "STUDIO_API_KEY", "TLS_PRIVATE_KEY", "SLACK_WEBHOOK",
+                           "MY_SECRET", "MAPS_APIKEY", "GPG_PASSPHRASE", "S3_ACCESS_KEY"}) {
     EXPECT_TRUE(IsNameOfSecret(name)) << name;
     setenv(name, "hidden-value", 1);
   }

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "base/error_reason.h"
+
 namespace weft {
 namespace {
 
@@ -14,6 +16,15 @@ TEST(NoThreadsTest, ExceptionsOfThreads) {
   EXPECT_TRUE(IsLackOfThreads(lack));
   EXPECT_FALSE(IsLackOfThreads(std::system_error(std::make_error_code(std::errc::no_space_on_device))));
   EXPECT_FALSE(IsLackOfThreads(std::runtime_error(lack.what())));
+}
+
+TEST(NoThreadsTest, ErrorSaysWhatMendsIt) {
+  EXPECT_EQ(NoFurtherThreads().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(
+      NoFurtherThreads().message(),
+      "this machine makes no further threads or processes now (Resource temporarily unavailable); where "
+      "that lasts, raise TasksMax= of the service, or `ulimit -u`");
+  EXPECT_EQ(ReasonOf(NoFurtherThreads()), ErrorReason::kNoFreeThread);
 }
 
 TEST(NoThreadsTest, LastWords) {

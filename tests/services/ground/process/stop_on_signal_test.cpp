@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <string>
 #include <thread>
 
 namespace weft {
@@ -28,6 +29,31 @@ TEST(StopOnSignal, HangupCallsWhoeverWantsIt) {
   for (int i = 0; i < 1000 && hangups == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_EQ(hangups, 1);
   EXPECT_FALSE(signals.token().stop_requested());
+}
+
+// Which of the caught signals this thread blocks.
+std::string BlockedSignals() {
+  sigset_t blocked;
+  pthread_sigmask(SIG_BLOCK, nullptr, &blocked);
+  std::string names;
+  if (sigismember(&blocked, SIGINT)) names += "INT ";
+  if (sigismember(&blocked, SIGTERM)) names += "TERM ";
+  if (sigismember(&blocked, SIGHUP)) names += "HUP ";
+  return names;
+}
+
+TEST(StopOnSignal, LeavesSignalsAsTheyWere) {
+  ASSERT_EQ(BlockedSignals(), "");
+  {
+    const StopOnSignal signals;
+    EXPECT_EQ(BlockedSignals(), "INT TERM ");
+  }
+  EXPECT_EQ(BlockedSignals(), "");
+  {
+    const StopOnSignal signals([] {});
+    EXPECT_EQ(BlockedSignals(), "INT TERM HUP ");
+  }
+  EXPECT_EQ(BlockedSignals(), "");
 }
 
 // Every command of the command line ends with one.
