@@ -88,5 +88,49 @@ TEST(Rehearsal, EndsWithRulesOfNoTime) {
               ElementsAre("trash a in 0 h", "remove b in 0 h", "remove a in 0 h"));
 }
 
+TEST(Rehearsal, StepsAndNotesAreWhole) {
+  v1::RetentionRules rules;
+  rules.set_keep_takes_days(3);
+  rules.set_keep_trash_days(1);
+  rules.set_keep_jobs_days(4);
+  const auto age_s = [](const Holding& holding) { return -static_cast<double>(holding.since_unix_ns) / 1e9; };
+  const RetentionPlan plan = RehearseRetention(
+      rules, {TakeOf("a", 2), HeldSince(v1::HOLDING_KIND_JOB, "j", 3, 2)}, {}, age_s, 2 * kLongDay_s);
+  std::vector<std::string> told;
+  for (const RetentionStep& step : plan.steps) {
+    told.push_back(absl::StrCat(HoldingWords(step.kind), " ", step.id, " since ",
+                                step.since_unix_ns / 1'000'000'000, ": ", step.because, ", in ",
+                                step.due_in_s));
+  }
+  EXPECT_THAT(told,
+              ElementsAre("take a since -172800: it ended more than 3 days ago, in 86400",
+                          "job j since -259200: it ended more than 4 days ago, in 86400",
+                          "take in the trash a since 86400: it was in the trash for 1 days, in 172800"));
+  EXPECT_THAT(plan.notes, IsEmpty());
+}
+
+TEST(Rehearsal, NotesAreToldOnce) {
+  v1::RetentionRules rules;
+  rules.set_least_free_gib(25);
+  rules.set_keep_takes_days(60);
+  const auto age_s = [](const Holding& holding) { return -static_cast<double>(holding.since_unix_ns) / 1e9; };
+  const DiskRoom room{15 * kBytesOfGib, 400 * static_cast<int64_t>(kBytesOfGib)};
+  const RetentionPlan plan = RehearseRetention(rules, {TakeOf("a", 59), TakeOf("b", 58.5)}, room, age_s, 5e5);
+  EXPECT_EQ(plan.steps.size(), 2u);
+  EXPECT_THAT(plan.notes,
+              ElementsAre("the disk has 15.00 GiB free, less than 25, and takes did not take the last "
+                          "10.00: none goes for them"));
+}
+
+TEST(Rehearsal, WhatWasRemovedIsFree) {
+  v1::RetentionRules rules;
+  rules.set_least_free_gib(25);
+  const auto age_s = [](const Holding& holding) { return -static_cast<double>(holding.since_unix_ns) / 1e9; };
+  const DiskRoom room{20 * kBytesOfGib, 40 * static_cast<int64_t>(kBytesOfGib)};
+  const RetentionPlan plan = RehearseRetention(rules, {TrashOf("a", 8), TakeOf("t", 50)}, room, age_s, 0);
+  EXPECT_EQ(plan.steps.size(), 1u);
+  EXPECT_THAT(plan.notes, IsEmpty());
+}
+
 }  // namespace
 }  // namespace weft

@@ -169,5 +169,118 @@ TEST(RetentionPlan, PartsOfBytesCostNoTake) {
   }
 }
 
+// All that steps say, with their sizes in GiB.
+std::vector<std::string> Told(const v1::RetentionRules& rules, const std::vector<Holding>& holdings,
+                              DiskRoom room = {}) {
+  std::vector<std::string> told;
+  const RetentionPlan plan = PlanRetention(rules, holdings, room, AgeOf);
+  for (const RetentionStep& step : plan.steps) {
+    told.push_back(absl::StrCat(HoldingWords(step.kind), " ", step.id, " of ", -step.since_unix_ns, " s, ",
+                                step.bytes / kGib, " GiB", step.to_trash ? " to the trash: " : ": ",
+                                step.because));
+  }
+  for (const std::string& note : plan.notes) told.push_back(note);
+  return told;
+}
+
+TEST(RetentionPlan, StepsByAgeSayWhatGoesAndWhy) {
+  v1::RetentionRules rules;
+  rules.set_keep_takes_days(30);
+  rules.set_keep_jobs_days(10);
+  EXPECT_THAT(
+      Told(rules, {Take("t", 30, 1), Trash("x", 7, 2), Of(v1::HOLDING_KIND_JOB, "j", 10, 3),
+                   Of(v1::HOLDING_KIND_OPERATION, "o", 7, 4), Of(v1::HOLDING_KIND_UPLOAD, "u", 7, 5),
+                   Of(v1::HOLDING_KIND_NOTICE, "n", 3, 0), Of(v1::HOLDING_KIND_UNSPECIFIED, "?", 9000)}),
+      ElementsAre("take t of 2592000 s, 1 GiB to the trash: it ended more than 30 days ago",
+                  "take in the trash x of 604800 s, 2 GiB: it was in the trash for 7 days",
+                  "job j of 864000 s, 3 GiB: it ended more than 10 days ago",
+                  "operation o of 604800 s, 4 GiB: it ended more than 7 days ago",
+                  "upload u of 604800 s, 5 GiB: nothing came for 7 days",
+                  "notice n of 259200 s, 0 GiB: nobody took it for 3 days"));
+}
+
+TEST(RetentionPlan, StepsForRoomSayWhichRule) {
+  v1::RetentionRules rules;
+  rules.set_takes_quota_gib(20);
+  const std::vector<Holding> takes = {Take("a", 9), Trash("y", 1), Trash("x", 2)};
+  // Exactly one is too much.
+  EXPECT_THAT(Told(rules, takes),
+              ElementsAre("take in the trash x of 172800 s, 10 GiB: takes and trash have more than 20 GiB"));
+  rules.set_least_free_gib(100);
+  EXPECT_THAT(Told(rules, takes, Disk(90, 120)),  // both rules want 10 GiB
+              ElementsAre("take in the trash x of 172800 s, 10 GiB: takes and trash have more than 20 GiB"));
+  rules.set_takes_quota_gib(0);
+  EXPECT_THAT(
+      Told(rules, takes, Disk(90, 120)),
+      ElementsAre("take in the trash x of 172800 s, 10 GiB: takes left less than 100 GiB of the disk free"));
+  EXPECT_THAT(
+      Told(rules, takes, Disk(70, 105)),
+      ElementsAre(
+          "take in the trash x of 172800 s, 10 GiB: takes left less than 100 GiB of the disk free",
+          "take in the trash y of 86400 s, 10 GiB: takes left less than 100 GiB of the disk free",
+          "take a of 777600 s, 10 GiB to the trash: takes left less than 100 GiB of the disk free",
+          "the disk has 70.00 GiB free, less than 100, and takes did not take the last 5.00: none goes "
+          "for them"));
+}
+
+TEST(RetentionPlan, NotesSayHowMuchIsMissing) {
+  v1::RetentionRules rules;
+  rules.set_takes_quota_gib(5);
+  const std::vector<Holding> takes = {Kept(Take("a", 9)), Take("b", 1), Trash("x", 2)};
+  EXPECT_THAT(
+      Told(rules, takes),
+      ElementsAre("takes and trash have more than 5 GiB, but nothing goes: 25.00 GiB would have to, and "
+                  "all that is neither pinned nor in use has 20.00"));
+  rules.set_takes_quota_gib(10);  // all of it is just enough
+  EXPECT_THAT(Plan(rules, takes).steps, ElementsAre("remove x", "trash b"));
+  rules.set_takes_quota_gib(0);
+  rules.set_least_free_gib(100);
+  EXPECT_THAT(
+      Told(rules, takes, Disk(40, 200)),
+      ElementsAre("the disk has 40.00 GiB free, less than 100, and takes did not take the last 60.00: "
+                  "none goes for them"));
+  EXPECT_THAT(Told(rules, takes, Disk(100, 0)), IsEmpty());
+}
+
+TEST(RetentionPlan, WhatGoesByAgeCountsForTheQuota) {
+  v1::RetentionRules rules;
+  rules.set_takes_quota_gib(10);
+  EXPECT_THAT(Plan(rules, {Take("a", 9), Trash("x", 8)}).steps, ElementsAre("remove x"));
+  rules.set_keep_takes_days(30);
+  EXPECT_THAT(Plan(rules, {Take("old", 31), Take("b", 9)}).steps, ElementsAre("trash old"));
+  // Equal times go by their ids, and other kinds have no part in it.
+  EXPECT_THAT(Plan(rules, {Take("c", 9), Take("b", 9), Of(v1::HOLDING_KIND_UPLOAD, "u", 1)}).steps,
+              ElementsAre("trash b"));
+  const double an_hour = 1.0 / 24;
+  EXPECT_THAT(Plan(rules, {Take("a", 2), Trash("x", an_hour)}).steps, ElementsAre("remove x"));
+}
+
+TEST(RetentionRules, HaveDefaultsWhereNothingIsSaid) {
+  EXPECT_EQ(DefaultRules().ShortDebugString(),
+            "keep_takes_days: 0 keep_trash_days: 7 keep_jobs_days: 0 takes_quota_gib: 0 least_free_gib: 0 "
+            "least_trash_hours: 1 keep_uploads_days: 7 keep_notices_days: 3");
+  v1::RetentionRules some;
+  some.set_keep_trash_days(0);
+  some.set_keep_jobs_days(5);
+  EXPECT_EQ(WithDefaults(some).keep_trash_days(), 0);
+  EXPECT_EQ(WithDefaults(some).keep_notices_days(), 3);
+  EXPECT_EQ(KeepDays(some, v1::HOLDING_KIND_TRASH), 0);
+  EXPECT_EQ(KeepDays(some, v1::HOLDING_KIND_OPERATION), 0);
+  EXPECT_EQ(KeepDays(some, v1::HOLDING_KIND_JOB), 5);
+  EXPECT_EQ(KeepDays(some, v1::HOLDING_KIND_TAKE), std::nullopt);
+  EXPECT_EQ(KeepDays({}, v1::HOLDING_KIND_UPLOAD), 7);
+  EXPECT_EQ(KeepDays({}, v1::HOLDING_KIND_NOTICE), 3);
+  EXPECT_EQ(KeepDays({}, v1::HOLDING_KIND_UNSPECIFIED), std::nullopt);
+  EXPECT_STREQ(HoldingWords(v1::HOLDING_KIND_UNSPECIFIED), "thing");
+}
+
+TEST(RetentionPlan, TheReachCountsToTheLastByte) {
+  v1::RetentionRules rules;
+  rules.set_least_free_gib(100);
+  EXPECT_EQ(TakesReachAfter(rules, {Take("a", 1)}, {100 * kGib, 7}), static_cast<int64_t>(110 * kGib));
+  EXPECT_EQ(TakesReachAfter(rules, {Take("a", 1)}, {100 * kGib - 1, 7}), 7);
+  EXPECT_EQ(TakesReachAfter(rules, {Take("a", 1)}, {0, 0}), 0);
+}
+
 }  // namespace
 }  // namespace weft

@@ -211,5 +211,80 @@ TEST_F(PolicyTest, NothingGoesEarly) {
   EXPECT_GT(removed, 30);
 }
 
+TEST_F(PolicyTest, AJumpIsToldWithItsLengthAndDirection) {
+  Restart();
+  Pass(kHour_ns);
+  const std::string rest =
+      " days that nobody saw pass: nothing becomes older by it, and nothing is removed at this look";
+  clock_error_ns_ = kDay_ns / 2;
+  EXPECT_EQ(policy_->PassTime(Unix(), true_ns_), "the clock went forward by 0.50" + rest);
+  clock_error_ns_ = -2 * kDay_ns;
+  EXPECT_EQ(policy_->PassTime(Unix(), true_ns_), "the clock went back by 2.50" + rest);
+  EXPECT_EQ(policy_->PassTime(Unix(), true_ns_), "");
+}
+
+TEST_F(PolicyTest, IsRememberedWhole) {
+  rules_.set_least_free_gib(100);
+  Restart();
+  EXPECT_EQ(policy_->State().takes_reach_bytes(), -1);
+  holdings_ = {Trash("a")};
+  Pass(36 * kHour_ns);
+  EXPECT_EQ(policy_->seen_days(), 1.5);
+  Look(150 * kGib);
+  const std::string begin = absl::StrCat(20'000 * kDay_ns),
+                    end = absl::StrCat(20'000 * kDay_ns + 36 * kHour_ns);
+  EXPECT_EQ(policy_->State().ShortDebugString(),
+            absl::StrCat("periods { begin_unix_ns: ", begin, " end_unix_ns: ", end,
+                         " } takes_reach_bytes: ", 160 * kGib));
+  Restart();
+  EXPECT_EQ(policy_->State().ShortDebugString(),
+            absl::StrCat("periods { begin_unix_ns: ", begin, " end_unix_ns: ", end,
+                         " } periods { begin_unix_ns: ", end, " end_unix_ns: ", end,
+                         " begin_seen_ns: ", 36 * kHour_ns, " } takes_reach_bytes: ", 160 * kGib));
+  EXPECT_EQ(policy_->rules().keep_trash_days(), 7) << "what is not said stands there as well";
+}
+
+TEST_F(PolicyTest, LooksAtOtherKindsChangeNothingForTakes) {
+  rules_.set_least_free_gib(100);
+  Restart();
+  holdings_ = {Trash("a")};
+  Pass(8 * kDay_ns);
+  Look(150 * kGib);
+  const int64_t reach_bytes = policy_->State().takes_reach_bytes();
+  EXPECT_THAT(policy_->Due({v1::HOLDING_KIND_JOB}, {}, 500 * kGib).steps, IsEmpty());
+  EXPECT_EQ(policy_->State().takes_reach_bytes(), reach_bytes);
+  EXPECT_THAT(Look(150 * kGib), ElementsAre("remove a"));
+  // One that is not due any more is asked twice again.
+  holdings_[0].kept = true;
+  EXPECT_THAT(Look(150 * kGib), IsEmpty());
+  holdings_[0].kept = false;
+  EXPECT_THAT(Look(150 * kGib), IsEmpty());
+  EXPECT_THAT(Look(150 * kGib), ElementsAre("remove a"));
+}
+
+TEST_F(PolicyTest, OneThatWasDeletedAgainIsAnotherOne) {
+  Restart();
+  holdings_ = {Trash("a")};
+  Pass(8 * kDay_ns);
+  Look();
+  ++holdings_[0].since_unix_ns;
+  EXPECT_THAT(Look(), IsEmpty());
+}
+
+TEST_F(PolicyTest, ARehearsalKnowsWhoTookTheRoom) {
+  rules_.set_least_free_gib(100);
+  Restart();
+  holdings_ = {Trash("x")};
+  Pass(2 * kHour_ns);
+  Look(150 * kGib);
+  Holding take = Trash("take");
+  take.kind = v1::HOLDING_KIND_TAKE;
+  take.bytes = 60 * kGib;
+  holdings_.push_back(take);
+  const RetentionPlan plan = policy_->Rehearse(rules_, holdings_, 90 * kGib, 0);
+  ASSERT_EQ(plan.steps.size(), 1u);
+  EXPECT_EQ(plan.steps[0].because, "takes left less than 100 GiB of the disk free");
+}
+
 }  // namespace
 }  // namespace weft

@@ -149,5 +149,64 @@ TEST(SeenTime, NothingIsEverOlderThanItIs) {
   }
 }
 
+// What the file says of earlier daemons, and nothing that was seen since.
+TEST(SeenTime, DatesWhatHappenedByItsPeriods) {
+  const SeenTime seen({{100, 200, 0}, {300, 400, 100}});
+  EXPECT_EQ(seen.seen_ns(), 200);
+  const std::vector<std::pair<int64_t, int64_t>> ages = {
+      {99, 200}, {100, 200}, {150, 150}, {200, 100}, {250, 100}, {300, 100}, {301, 99}, {400, 0}, {401, 0}};
+  for (const auto& [unix_ns, age_ns] : ages) EXPECT_EQ(seen.Age_ns(unix_ns), age_ns) << unix_ns;
+}
+
+TEST(SeenTime, TheYoungerAgeCountsWhereTheClockWasSetBack) {
+  const SeenTime seen({{1000, 2000, 0}, {500, 600, 1000}, {1900, 3000, 1100}});
+  EXPECT_EQ(seen.seen_ns(), 2200);
+  const std::vector<std::pair<int64_t, int64_t>> ages = {{400, 1200}, {500, 1200},  {550, 1150},  {600, 1100},
+                                                         {700, 1100}, {1500, 1700}, {1950, 1050}, {3000, 0}};
+  for (const auto& [unix_ns, age_ns] : ages) EXPECT_EQ(seen.Age_ns(unix_ns), age_ns) << unix_ns;
+  const SeenTime later({{1000, 2000, 0}, {500, 600, 1000}});
+  EXPECT_EQ(later.Age_ns(700), 0);
+  EXPECT_EQ(later.Age_ns(400), 100);
+  EXPECT_EQ(SeenTime().Age_ns(0), 0);
+}
+
+TEST(SeenTime, BelievesNoFileInWhichTimeGoesBack) {
+  const SeenTime back({{100, 50, 7}});
+  EXPECT_TRUE(back.periods().empty());
+  EXPECT_EQ(back.seen_ns(), 0);
+  EXPECT_EQ(SeenTime({{100, 100, 5}}).seen_ns(), 5);
+  const SeenTime overlapping({{0, 100, 0}, {200, 300, 50}});
+  EXPECT_EQ(overlapping.seen_ns(), 200);
+  EXPECT_EQ(overlapping.periods().back().begin_seen_ns, 100);
+}
+
+TEST(SeenTime, TenSecondsAreNoJump) {
+  SeenTime seen;
+  seen.Advance(kStart_ns, 0);
+  EXPECT_EQ(seen.Advance(kStart_ns + kSecond_ns + SeenTime::kSmallestJump_ns, kSecond_ns).jump_ns, 0);
+  EXPECT_EQ(seen.periods().back().end_unix_ns, kStart_ns + kSecond_ns) << "by what was seen";
+  EXPECT_EQ(seen.Advance(kStart_ns + kSecond_ns - SeenTime::kSmallestJump_ns, kSecond_ns).jump_ns, 0);
+  const int64_t more_ns = SeenTime::kSmallestJump_ns + 1;
+  const SeenTime::Look look = seen.Advance(kStart_ns + kSecond_ns + more_ns, kSecond_ns);
+  EXPECT_EQ(look.jump_ns, more_ns);
+  EXPECT_FALSE(look.first);
+  ASSERT_EQ(seen.periods().size(), 2u);
+  EXPECT_EQ(seen.periods()[1].begin_unix_ns, kStart_ns + kSecond_ns + more_ns);
+  EXPECT_EQ(seen.periods()[1].begin_seen_ns, kSecond_ns);
+  EXPECT_EQ(seen.Advance(seen.periods()[1].begin_unix_ns, 0).jump_ns,
+            0);  // a clock that went back counts nothing
+  EXPECT_EQ(seen.seen_ns(), kSecond_ns);
+}
+
+TEST(SeenTime, ForgetsTheOldestOfVeryManyPeriods) {
+  SeenTime seen;
+  for (int64_t i = 0; i < 2000; ++i) seen.Advance(kStart_ns + i * kHour_ns, 0);
+  EXPECT_EQ(seen.periods().size(), 2000u);
+  EXPECT_EQ(seen.periods().front().begin_unix_ns, kStart_ns);
+  seen.Advance(kStart_ns - kHour_ns, 0);
+  EXPECT_EQ(seen.periods().size(), 2000u);
+  EXPECT_EQ(seen.periods().front().begin_unix_ns, kStart_ns + kHour_ns);
+}
+
 }  // namespace
 }  // namespace weft
