@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "tests/capture/temp_folder.h"
 
@@ -199,6 +200,81 @@ TEST_F(CatalogueTest, KeepsWhatAKilledProcessHadWritten) {
   const auto catalogue = Open();
   ASSERT_TRUE(catalogue->ReadJob("a").ok());
   EXPECT_EQ(catalogue->ReadFrames("a")->size(), 2u);
+}
+
+TEST_F(CatalogueTest, ListsPagesBehindAJob) {
+  const auto catalogue = Open();
+  for (const char* id : {"a", "b", "c", "d"}) ASSERT_TRUE(catalogue->AddJob(MakeJob(id), {}).ok());
+  const auto ids = [](const absl::StatusOr<std::vector<v1::Job>>& jobs) {
+    std::string all;
+    for (const v1::Job& job : jobs.value()) all += job.id();
+    return all;
+  };
+  EXPECT_EQ(ids(catalogue->ListJobs(10)), "dcba");
+  EXPECT_EQ(ids(catalogue->ListJobs(2, "d")), "cb");
+  EXPECT_EQ(ids(catalogue->ListJobs(2, "b")), "a");
+  EXPECT_EQ(ids(catalogue->ListJobs(2, "a")), "");
+  EXPECT_EQ(catalogue->ListJobs(2, "x").status(),
+            absl::NotFoundError("no job \"x\"; `weft job list` shows the jobs"));
+  EXPECT_EQ(catalogue->AddJob(MakeJob("a"), {}), absl::AlreadyExistsError("a job \"a\" exists already"));
+  EXPECT_EQ(catalogue->RemoveJob("x").code(), absl::StatusCode::kNotFound);
+  for (const char* id : {"a", "b", "c"})
+    ASSERT_TRUE(catalogue->Update(MakeJob(id, v1::JOB_STATE_CANCELLED), {}).ok());
+  EXPECT_EQ(ids(catalogue->EndedJobs(0, 2)), "ab");
+  EXPECT_EQ(ids(catalogue->EndedJobs(2, 2)), "c");
+  EXPECT_EQ(ids(catalogue->UnfinishedJobs()), "d");
+}
+
+TEST_F(CatalogueTest, RecordsFollowJobsThatBeginAndEnd) {
+  const auto catalogue = Open();
+  const JobRecords records(path_);
+  ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), MakeFrames(2)).ok());
+  EXPECT_EQ(records.Read("a")->frames_size(), 2);
+  ASSERT_TRUE(catalogue->Update(MakeJob("a", v1::JOB_STATE_RUNNING), {{2, MakeFrames(3)[2]}}).ok());
+  EXPECT_EQ(catalogue->ReadFrames("a")->size(), 3u);
+  EXPECT_EQ(records.Read("a")->job().state(), v1::JOB_STATE_QUEUED);
+  ASSERT_TRUE(catalogue->UpdateAll(MakeJob("a", v1::JOB_STATE_DONE), MakeFrames(1)).ok());
+  EXPECT_EQ(catalogue->ReadFrames("a")->size(), 1u);
+  EXPECT_EQ(records.Read("a")->job().state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(records.Read("a")->frames_size(), 1);
+  ASSERT_TRUE(catalogue->UpdateAll(MakeJob("b"), {}).ok()) << "it is added";
+  EXPECT_EQ(catalogue->ListJobs(1)->front().id(), "b");
+  ASSERT_TRUE(catalogue->RemoveJob("a").ok());
+  EXPECT_EQ(records.Read("a").status().code(), absl::StatusCode::kNotFound);
+}
+
+// Changes a text in the file and its log where they stand, under a catalogue that has more than its cache.
+TEST_F(CatalogueTest, RowsThatAreDamagedWhileItIsInUseSaySo) {
+  const auto catalogue = Open();
+  std::vector<v1::FrameInfo> frames = MakeFrames(2);
+  frames[1].set_reason("mark-of-frame");
+  v1::Job marked = MakeJob("m", v1::JOB_STATE_RUNNING);
+  marked.mutable_spec()->set_rig("mark-of-job");
+  ASSERT_TRUE(catalogue->AddJob(marked, frames).ok());
+  for (int i = 0; i < 12; ++i) {
+    v1::Job large = MakeJob(std::to_string(i));
+    large.set_message(std::string(400'000, 'x'));
+    ASSERT_TRUE(catalogue->AddJob(large, {}).ok());
+  }
+  for (const std::string& path : {path_, path_ + "-wal"}) {
+    const std::string bytes = ReadBytes(path);
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    for (size_t at = bytes.find("mark-of-"); at != std::string::npos; at = bytes.find("mark-of-", at + 1))
+      file.seekp(static_cast<std::streamoff>(at)).put('M');
+  }
+  EXPECT_EQ(catalogue->ListJobs(12)->size(), 12u);
+  const std::string remedy =
+      " is damaged; start weftd again: it restores the entry from its record. The results are untouched";
+  const auto job = catalogue->ReadJob("m");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->ShortDebugString(),
+            "id: \"m\" state: JOB_STATE_RUNNING message: \"the catalogue\\'s entry of job m" + remedy + "\"");
+  const auto read = catalogue->ReadFrames("m");
+  ASSERT_EQ(read->size(), 2u);
+  EXPECT_EQ((*read)[0].ShortDebugString(), frames[0].ShortDebugString());
+  EXPECT_EQ((*read)[1].ShortDebugString(),
+            "frame: \"1\" state: FRAME_STATE_WAITING reason: \"the catalogue\\'s entry of frame 1 of job m" +
+                remedy + "\"");
 }
 
 }  // namespace
