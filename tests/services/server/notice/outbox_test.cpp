@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -125,6 +127,70 @@ TEST_F(OutboxTest, OneThatIsBeingDeliveredIsNotGivenUp) {
   EXPECT_EQ(box->GiveUp("one.json").code(), absl::StatusCode::kFailedPrecondition);
   ends = true;
   WaitUntil([&] { return Kept().empty(); });
+}
+
+TEST_F(OutboxTest, NoticesAreClosedToOthersAndNamedAfterTheirFiles) {
+  options_.first_pause = options_.longest_pause = std::chrono::hours(1);
+  const auto box =
+      Open([](const std::string&, const std::stop_token&) { return absl::UnavailableError("away"); });
+  ASSERT_TRUE(box->Put("one", "body").ok());
+  struct stat file = {};
+  ASSERT_EQ(stat((options_.folder + "/one.json").c_str(), &file), 0);
+  EXPECT_EQ(file.st_mode & 0777, 0600u);
+  EXPECT_EQ(box->GiveUp("two.json"),
+            absl::FailedPreconditionError("it was delivered, or is being delivered"));
+  // One whose file somebody removed is gone as well.
+  std::filesystem::remove(options_.folder + "/one.json");
+  bool given_up = false;
+  WaitUntil([&] { return given_up = given_up || box->GiveUp("one.json").ok(); });
+  EXPECT_TRUE(box->Waiting().empty());
+  std::filesystem::remove_all(options_.folder);
+  EXPECT_FALSE(box->Put("three", "body").ok());
+  EXPECT_TRUE(box->Waiting().empty());
+}
+
+TEST_F(OutboxTest, WaitsTwiceAsLongAfterEachTry) {
+  options_.first_pause = std::chrono::milliseconds(10);
+  options_.longest_pause = std::chrono::milliseconds(40);
+  std::mutex mutex;
+  std::vector<std::chrono::steady_clock::time_point> tries;
+  const auto box = Open([&](const std::string&, const std::stop_token&) {
+    const std::lock_guard lock(mutex);
+    tries.push_back(std::chrono::steady_clock::now());
+    return tries.size() < 5 ? absl::UnavailableError("away") : absl::OkStatus();
+  });
+  ASSERT_TRUE(box->Put("one", "body").ok());
+  WaitUntil([&] { return Kept().empty(); });
+  for (const auto& [next, least_ms] : {std::pair(1, 10), {2, 20}, {3, 40}, {4, 40}})
+    EXPECT_GE(tries[static_cast<size_t>(next)] - tries[static_cast<size_t>(next - 1)],
+              std::chrono::milliseconds(least_ms));
+}
+
+TEST_F(OutboxTest, DeliversOneAfterTheOtherUnlessToldOtherwise) {
+  std::atomic<int> inside = 0, most = 0, done = 0;
+  const auto box = Open([&](const std::string&, const std::stop_token&) {
+    most = std::max<int>(most, ++inside);
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    --inside, ++done;
+    return absl::OkStatus();
+  });
+  for (const char* name : {"a", "b", "c", "d"}) ASSERT_TRUE(box->Put(name, "").ok());
+  WaitUntil([&] { return done == 4 && Kept().empty(); });
+  EXPECT_EQ(most, 1);
+}
+
+// The one that waits longest is tried first.
+TEST_F(OutboxTest, TakesUpWhatLiesThereSinceItWasWritten) {
+  WriteBytes(options_.folder + "/old.json", "body");
+  std::filesystem::last_write_time(options_.folder + "/old.json",
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(24));
+  options_.first_pause = options_.longest_pause = std::chrono::hours(1);
+  const auto box =
+      Open([](const std::string&, const std::stop_token&) { return absl::UnavailableError("away"); });
+  ASSERT_EQ(box->Waiting().size(), 1u);
+  const int64_t hour_ns = int64_t{3600} * 1'000'000'000;
+  EXPECT_LT(box->Waiting()[0].since_unix_ns, HostTime_ns() - 23 * hour_ns);
+  EXPECT_GT(box->Waiting()[0].since_unix_ns, HostTime_ns() - 25 * hour_ns);
 }
 
 // RFC 4231, test case 2.
