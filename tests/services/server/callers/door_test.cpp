@@ -129,5 +129,47 @@ TEST_F(DoorTest, PlacesComeBack) {
   EXPECT_NE(Come("10.0.0.1"), 0U);
 }
 
+TEST_F(DoorTest, ALittleDoorCountsToTheLastPlace) {
+  Door door({.all = 5, .kept = 2, .of_one_peer = 3});
+  const auto enter = [&](const std::string& peer) { return door.Enter(peer, now_); };
+  EXPECT_FALSE(door.Recognize(7, "nobody", now_)) << "there is no such place";
+  door.Leave(7, true, now_);
+  const auto first = enter("a");
+  EXPECT_EQ(first->place, 1U);
+  EXPECT_FALSE(first->displaced);
+  const auto of_b = enter("b"), of_c = enter("c");
+  EXPECT_EQ(of_c->place, 3U);
+  EXPECT_EQ(door.open(), 3);
+  // All places of strangers are taken: the oldest goes.
+  const auto fourth = enter("d");
+  EXPECT_EQ(fourth->displaced, first->place);
+  EXPECT_FALSE(door.Recognize(first->place, "anna", now_)) << "it is to be ended";
+  EXPECT_EQ(door.open(), 4);
+  door.Leave(first->place, false, now_);
+  // Its own goes first where it has as many as anybody.
+  EXPECT_EQ(enter("c")->displaced, of_c->place);
+  // Two of those who are known stand elsewhere, and leave their places.
+  EXPECT_TRUE(door.Recognize(of_b->place, "anna", now_));
+  EXPECT_TRUE(door.Recognize(of_b->place, "anna", now_)) << "once more";
+  EXPECT_FALSE(enter("e")->displaced);
+  EXPECT_TRUE(door.Recognize(fourth->place, "bert", now_));
+  EXPECT_FALSE(enter("f")->displaced);
+  const auto stays = enter("g");
+  EXPECT_FALSE(door.Recognize(stays->place, "carl", now_)) << "there are two";
+  door.Leave(of_b->place, false, now_);
+  EXPECT_TRUE(door.Recognize(stays->place, "carl", now_));
+}
+
+TEST_F(DoorTest, WhoWasKnownIsLetInForTenMinutes) {
+  door_.Recognize(Come("10.0.0.1"), "anna", now_);
+  for (int i = 0; i < PeerBudget::kMostViolations; ++i) Go(Come("10.0.0.1"), true);
+  now_ += Door::kKnown - std::chrono::nanoseconds(1);
+  EXPECT_NE(Come("10.0.0.1"), 0U);
+  for (int i = 0; i < PeerBudget::kMostViolations; ++i) Go(Come("10.0.0.1"), true);
+  now_ += std::chrono::nanoseconds(1);
+  for (int i = 0; i < PeerBudget::kMostViolations; ++i) Go(Come("10.0.0.1"), true);
+  EXPECT_EQ(Come("10.0.0.1"), 0U);
+}
+
 }  // namespace
 }  // namespace weft

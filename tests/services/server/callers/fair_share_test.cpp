@@ -81,5 +81,48 @@ TEST(FairShareTest, CountsAmounts) {
   EXPECT_EQ(share.taken(), 0);
 }
 
+TEST(FairShareTest, RefusalsSayWhoHasWhat) {
+  FairShare share({.all = 10, .of_one_caller = 3, .reserve = 2}, "jobs");
+  const auto refused = [&](const Caller& caller, int64_t amount = 1) {
+    const absl::Status status = share.Check(caller, amount);
+    EXPECT_TRUE(absl::IsResourceExhausted(status));
+    return std::string(status.message());
+  };
+  share.Take("a", 3);
+  EXPECT_EQ(refused(Client("a")),
+            "a has 3 jobs, the most of one caller; end some or wait; retry after 5000 ms");
+  share.Take("b", 2);
+  EXPECT_EQ(
+      refused(Client("b")),
+      "b has 2 jobs, and all callers together 5 of 10: the rest is for others; end some or wait; retry after "
+      "5000 ms");
+  share.Take("c", 3);
+  EXPECT_EQ(
+      refused(Client("d")),
+      "all callers together have 8 of 10 jobs, and 2 are kept for others; end some or wait; retry after 5000 "
+      "ms");
+  share.Take("e", 2);
+  EXPECT_EQ(refused(Operator("f")),
+            "all callers together have 10 of 10 jobs; end some or wait; retry after 5000 ms");
+  FairShare without_reserve({.all = 1}, "jobs");
+  without_reserve.Take("a");
+  EXPECT_EQ(std::string(without_reserve.Check(Client("b")).message()),
+            "all callers together have 1 of 1 jobs; end some or wait; retry after 5000 ms");
+  share.Give("nobody");
+  EXPECT_EQ(share.taken(), 10);
+  EXPECT_EQ(share.TakenBy("nobody"), 0);
+}
+
+TEST(FairShareTest, MayTakeMoreToTheLastOne) {
+  const ShareLimits limits{.all = 12, .of_one_caller = 5, .reserve = 3};
+  EXPECT_TRUE(MayTakeMore(limits, 4, 0, 5, false));   // 5 of 5 that are free
+  EXPECT_FALSE(MayTakeMore(limits, 5, 0, 5, false));  // 4 are free
+  EXPECT_TRUE(MayTakeMore(limits, 5, 0, 5, true));
+  EXPECT_FALSE(MayTakeMore(limits, 0, 0, 6, true));
+  EXPECT_TRUE(MayTakeMore(limits, 2, 2, 1, false));   // 3 of the 6 that stay free
+  EXPECT_FALSE(MayTakeMore(limits, 3, 2, 1, false));  // 3 of 5
+  EXPECT_FALSE(MayTakeMore(limits, 20, 0, 1, true));
+}
+
 }  // namespace
 }  // namespace weft

@@ -71,5 +71,23 @@ TEST(TurnsTest, TokensOfOneNameTakeOneTurn) {
   EXPECT_EQ(turns.Next(waiting), 2U);
 }
 
+TEST(TurnsTest, CountsWhatRuns) {
+  Turns turns;
+  EXPECT_EQ(turns.Running("token 1 (anna)"), 0);
+  turns.Begin("token 1 (anna)");
+  turns.Begin("token 2 (anna)");
+  EXPECT_EQ(turns.Running("token 3 (anna)"), 2);
+  turns.End("token 1 (anna)", 1);
+  EXPECT_EQ(turns.Running("token 1 (anna)"), 1);
+  turns.End("token 1 (anna)", 1);
+  turns.End("token 1 (anna)", 1);  // one too many
+  EXPECT_EQ(turns.Running("token 1 (anna)"), 0);
+  // Who had less is next, and no turn makes up for another.
+  turns.End("b", -100);
+  EXPECT_EQ(turns.Next({"token 1 (anna)", "b"}), 1U);
+  turns.End("b", 4);
+  EXPECT_EQ(turns.Next({"token 1 (anna)", "b"}), 0U);
+}
+
 }  // namespace
 }  // namespace weft
