@@ -117,5 +117,43 @@ TEST_F(Access, ComparesRoles) {
             "/weft.v1.Takes/StartTake asks for the role operator; token 1 (anna) has the role client");
 }
 
+TEST_F(Access, SaysWhyItKnowsSomebodyNot) {
+  const std::string remedy = "; ask the daemon's administrator for a token (`weft access token`)";
+  EXPECT_EQ(control_.Identify({}).status(),
+            absl::UnauthenticatedError("this daemon asks for a token or a certificate" + remedy));
+  EXPECT_EQ(control_.Identify({"", "x", ""}).status(),
+            absl::UnauthenticatedError("this token is unknown or was revoked" + remedy));
+  EXPECT_EQ(control_.Identify({"", "", "x"}).status(),
+            absl::UnauthenticatedError("the owner of this certificate has no role here" + remedy));
+}
+
+TEST_F(Access, KnowsTokensByTheHashThatSomebodyKept) {
+  const NewToken added = AddToken(path_, {"anna", v1::ROLE_VIEWER, 1}).value();
+  EXPECT_EQ(control_.Identify({.token_sha256 = added.token.sha256()})->name,
+            "token " + added.token.id() + " (anna)");
+  EXPECT_FALSE(control_.Identify({.token_sha256 = std::string(64, 'a')}).ok());
+  now_ns_ = added.token.expires_unix_ns() - 1;
+  EXPECT_TRUE(control_.Identify({.token_sha256 = added.token.sha256()}).ok());
+  ++now_ns_;
+  EXPECT_FALSE(control_.Identify({.token_sha256 = added.token.sha256()}).ok());
+}
+
+TEST_F(Access, LooksAtItsListTwiceASecond) {
+  EXPECT_FALSE(control_.Identify({}).ok());
+  const NewToken added = AddToken(path_, {"anna", v1::ROLE_VIEWER}).value();
+  now_ns_ += kSecond_ns / 2 - 1;
+  EXPECT_FALSE(control_.Identify({"", added.text, ""}).ok());
+  ++now_ns_;
+  EXPECT_TRUE(control_.Identify({"", added.text, ""}).ok());
+  ASSERT_TRUE(RevokeAccess(path_, added.token.id()).ok());
+  now_ns_ -= 10 * kSecond_ns;  // the clock was set back
+  EXPECT_FALSE(control_.Identify({"", added.text, ""}).ok());
+  ASSERT_EQ(chmod(path_.c_str(), 0666), 0);
+  EXPECT_FALSE(IdentifyLater({"", added.text, ""}).ok());
+  EXPECT_THAT(warnings_,
+              ::testing::ElementsAre(path_ + ": other users may write this file; close it by `chmod go-rwx " +
+                                     path_ + "`; no token or certificate is accepted until then"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <fstream>
 #include <set>
 #include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "services/formats/files/atomic_file.h"
 #include "tests/capture/temp_folder.h"
 
@@ -114,6 +116,49 @@ TEST_F(AccessOnDisk, LosesNothingOfChangesAtOnce) {
   const v1::AccessList list = ReadAccessList(path_).value();
   for (const v1::Token& token : list.tokens()) hashes.insert(token.sha256());
   EXPECT_THAT(hashes, SizeIs(8));
+}
+
+TEST_F(AccessOnDisk, RequestsHaveLimits) {
+  const int64_t before_ns = HostTime_ns();
+  const NewToken longest = AddToken(path_, {"anna", v1::ROLE_VIEWER, 36500}).value();
+  EXPECT_EQ(longest.token.id(), HashOfToken(longest.text).substr(0, 12));
+  EXPECT_GE(longest.token.created_unix_ns(), before_ns);
+  const int64_t days_ns = int64_t{36500} * 86400 * 1'000'000'000;
+  EXPECT_GE(longest.token.expires_unix_ns(), before_ns + days_ns);
+  EXPECT_LE(longest.token.expires_unix_ns(), HostTime_ns() + days_ns);
+  EXPECT_EQ(ReadAccessList(path_)->tokens(0).DebugString(), longest.token.DebugString());
+  for (const double days : {36500.1, -0.1, static_cast<double>(NAN)})
+    EXPECT_EQ(AddToken(path_, {"anna", v1::ROLE_VIEWER, days}).status(),
+              absl::InvalidArgumentError("days: must be 0 to 36500"));
+  EXPECT_TRUE(AllowCertificate(path_, std::string(64, 'n'), v1::ROLE_VIEWER).ok());
+  for (const std::string& name : {std::string(), std::string(65, 'n')})
+    EXPECT_EQ(AllowCertificate(path_, name, v1::ROLE_VIEWER),
+              absl::InvalidArgumentError("common name: must have 1 to 64 characters"));
+  EXPECT_EQ(AllowCertificate(path_, "n", v1::ROLE_UNSPECIFIED),
+            absl::InvalidArgumentError("role: must be viewer, client, operator or admin"));
+}
+
+TEST_F(AccessOnDisk, SaysWhatItDoesNotFindOrRead) {
+  EXPECT_EQ(RevokeAccess(path_, "x"),
+            absl::NotFoundError(absl::StrCat(path_,
+                                             ": no token of id \"x\" and no certificate of that name; `weft "
+                                             "access list` shows them")));
+  ASSERT_TRUE(AllowCertificate(path_, "a", v1::ROLE_CLIENT).ok());
+  ASSERT_TRUE(AllowCertificate(path_, "b", v1::ROLE_VIEWER).ok());
+  ASSERT_TRUE(AllowCertificate(path_, "b", v1::ROLE_ADMIN).ok());
+  EXPECT_EQ(ReadAccessList(path_)->ShortDebugString(),
+            "certificates { common_name: \"a\" role: ROLE_CLIENT } certificates { common_name: \"b\" role: "
+            "ROLE_ADMIN }");
+  for (const mode_t mode : {0620, 0602}) {
+    ASSERT_EQ(chmod(path_.c_str(), mode), 0);
+    EXPECT_EQ(ReadAccessList(path_).status(),
+              absl::PermissionDeniedError(absl::StrCat(
+                  path_, ": other users may write this file; close it by `chmod go-rwx ", path_, "`")));
+  }
+  ASSERT_EQ(chmod(path_.c_str(), 0644), 0);
+  EXPECT_TRUE(ReadAccessList(path_).ok());
+  EXPECT_FALSE(ReadAccessList(path_ + "/below-a-file").ok());
+  EXPECT_EQ(AccessListFile("/state"), "/state/access.json");
 }
 
 }  // namespace

@@ -155,5 +155,76 @@ TEST(AuditFields, AreCutAndEscaped) {
   EXPECT_LE(entry.about_size(), 16);
 }
 
+TEST_F(AuditLogTest, LinesAreWholeEntries) {
+  v1::AuditEntry entry = Entry("Jobs.SubmitJob");
+  entry.set_message(std::string(501, 'm'));
+  EXPECT_TRUE(Open()->Record(entry));
+  const std::string line = ReadBytes(path_);
+  EXPECT_THAT(line, ::testing::MatchesRegex(
+                        "\\{\"time\":\"[^\"]+\",\"caller\":\"user anna\",\"peer\":\"10.0.0.5\","
+                        "\"method\":\"Jobs.SubmitJob\",\"outcome\":\"OK\",\"message\":\"m+\"\\}\n"));
+  EXPECT_EQ(Entries()[0].message(), std::string(500, 'm'));
+}
+
+TEST_F(AuditLogTest, RotatesWhereTheNextLineDoesNotFit) {
+  Open()->Record(Entry("A"));
+  const auto line_bytes = static_cast<int64_t>(std::filesystem::file_size(path_));
+  {
+    const auto log = Open(3 * line_bytes);
+    for (const char* method : {"B", "C"}) log->Record(Entry(method));
+    EXPECT_FALSE(std::filesystem::exists(path_ + ".1"));
+    log->Record(Entry("D"));
+    EXPECT_EQ(std::filesystem::file_size(path_ + ".1"), static_cast<uintmax_t>(3 * line_bytes));
+    EXPECT_EQ(std::filesystem::file_size(path_), static_cast<uintmax_t>(line_bytes));
+  }
+  {
+    const auto log = Open(line_bytes);
+    for (int i = 0; i < 12; ++i) log->Record(Entry("E"));
+  }
+  EXPECT_TRUE(std::filesystem::exists(path_ + ".9"));
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".10"));
+  EXPECT_EQ(Entries().size(), 10U);
+  EXPECT_EQ(Entries(4).size(), 4U);
+  EXPECT_TRUE(Entries(0).empty());
+}
+
+TEST_F(AuditLogTest, GathersRefusalsByTheirKind) {
+  {
+    const auto log = Open();
+    v1::AuditEntry several = Entry("Jobs.ListJobs");
+    several.set_times(5);
+    EXPECT_TRUE(log->Refused(Entry("Jobs.ListJobs")));
+    EXPECT_FALSE(log->Refused(several));
+    EXPECT_FALSE(log->Refused(Entry("Jobs.ListJobs")));
+    EXPECT_TRUE(log->Refused(Entry("Jobs.GetJob")));
+    for (const bool of_peer : {true, false}) {
+      v1::AuditEntry other = Entry("Jobs.ListJobs");
+      of_peer ? other.set_peer("10.0.0.6") : other.set_outcome("ABORTED");
+      EXPECT_TRUE(log->Refused(other));
+    }
+  }
+  std::vector<int> times;
+  for (const v1::AuditEntry& entry : Entries()) times.push_back(entry.times());
+  EXPECT_THAT(times, ::testing::ElementsAre(0, 0, 0, 0, 6));
+}
+
+TEST_F(AuditLogTest, GathersAThousandKindsAtMost) {
+  const auto log = Open();
+  log->Refused(Entry("M"));
+  log->Refused(Entry("M"));
+  for (int i = 1; i < 1000; ++i) log->Refused(Entry("M" + std::to_string(i)));
+  EXPECT_EQ(Entries(2000).size(), 1000U);
+  log->Refused(Entry("one more"));
+  EXPECT_EQ(Entries(2000).size(), 1002U) << "what was gathered is written";
+}
+
+TEST_F(AuditLogTest, IsNoneWhereThereIsNoFile) {
+  EXPECT_TRUE(Entries().empty());
+  EXPECT_EQ(AuditLogFile("/state"), "/state/audit.log");
+  std::filesystem::create_directory(path_);
+  EXPECT_FALSE(ReadAuditLog(path_, 10).ok());
+  EXPECT_FALSE(AuditLog::Open(path_, [](const std::string&) {}).ok());
+}
+
 }  // namespace
 }  // namespace weft

@@ -129,5 +129,61 @@ TEST_F(CallLimitsTest, ChargeRefusalsWithoutKeepingThemOpen) {
   EXPECT_EQ(AdmittedOf("anna", 3), 3);
 }
 
+TEST_F(CallLimitsTest, SayWhatIsOpen) {
+  const auto refused = [this](CallKind kind) {
+    absl::Status status;
+    while (status.ok()) status = limits_.Admit("anna", kind);
+    return status;
+  };
+  EXPECT_EQ(refused(CallKind::kUnary),
+            absl::ResourceExhaustedError("anna has 3 calls open, the most at once; retry after 100 ms"));
+  EXPECT_EQ(refused(CallKind::kStream),
+            absl::ResourceExhaustedError("anna has 2 streams open, the most at once; retry after 1000 ms"));
+  EXPECT_EQ(refused(CallKind::kUpload),
+            absl::ResourceExhaustedError("anna has 1 uploads open, the most at once; retry after 1000 ms"));
+  for (int i = 0; i < 20; ++i) (void)limits_.Charge("bert");
+  now_ += milliseconds(40);
+  EXPECT_EQ(limits_.Charge("bert"),
+            absl::ResourceExhaustedError("bert makes more than 10 calls per second; retry after 60 ms"));
+}
+
+TEST_F(CallLimitsTest, ForgetNobodyWhoHasSomethingOpen) {
+  ASSERT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+  limits_.Begin("anna", CallKind::kUpload);
+  AdmittedOf("bert", 20);
+  now_ += seconds(61);
+  EXPECT_TRUE(limits_.Charge("carl").ok());  // looks who may be forgotten
+  EXPECT_FALSE(limits_.Admit("anna", CallKind::kUpload).ok());
+  limits_.End("anna", CallKind::kUpload);
+  EXPECT_EQ(limits_.Running(CallKind::kUpload), 0);
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+}
+
+TEST(CallLimitsOfAllTest, SayWhomTheRestIsFor) {
+  CallerLimits few;
+  few.streams = 6, few.all_streams = 8, few.reserved_streams = 2, few.burst = 100;
+  CallLimits limits(few);
+  EXPECT_TRUE(limits.Admit("a", CallKind::kStream).ok());
+  EXPECT_TRUE(limits.Admit("a", CallKind::kStream).ok());
+  EXPECT_EQ(
+      limits.Admit("a", CallKind::kStream),
+      absl::ResourceExhaustedError("a has 2 streams open, and all callers together 2 of 8: the rest is for "
+                                   "others; retry after 1000 ms"));
+  for (const char* name : {"b", "c", "d", "e"})
+    EXPECT_TRUE(limits.Admit(name, CallKind::kStream).ok()) << name;
+  EXPECT_EQ(
+      limits.Admit("f", CallKind::kStream),
+      absl::ResourceExhaustedError("f has 0 streams open, and all callers together 6 of 8: the rest is for "
+                                   "operators; retry after 1000 ms"));
+  EXPECT_TRUE(limits.Admit("stage", CallKind::kStream, v1::ROLE_OPERATOR).ok());
+}
+
+TEST(CallerLimitsTest, AreForAStudio) {
+  const CallerLimits limits;
+  EXPECT_EQ(limits.Of(CallKind::kUnary), 24);
+  EXPECT_EQ(limits.Of(CallKind::kStream), 300);
+  EXPECT_EQ(limits.Of(CallKind::kUpload), 8);
+}
+
 }  // namespace
 }  // namespace weft

@@ -3,10 +3,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
 #include <sys/stat.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <vector>
 
 #include "services/formats/files/atomic_file.h"
@@ -109,6 +113,58 @@ TEST_F(Revocations, KeepEverybodyOutWhileTheListCannotBeRead) {
   maker_.Revoke(server_, path_);
   EXPECT_FALSE(list_.IsRevoked(Text(anna)));
   EXPECT_TRUE(list_.IsRevoked("no certificate"));
+}
+
+TEST_F(Certificates, SayWhatIsWrongWithThem) {
+  const auto error_of = [](const TlsFiles& files) { return std::string(CheckTlsFiles(files).message()); };
+  const std::string text = folder_ / "text", locked = folder_ / "locked.key";
+  WriteBytes(text, "no PEM");
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), &EVP_PKEY_free);
+  std::FILE* file = std::fopen(locked.c_str(), "w");
+  ASSERT_NE(file, nullptr);
+  char phrase[] = "phrase";
+  EXPECT_EQ(PEM_write_PrivateKey(file, key.get(), EVP_aes_128_cbc(), nullptr, 0, nullptr, phrase), 1);
+  std::fclose(file);
+  ASSERT_EQ(chmod(locked.c_str(), 0600), 0);
+  EXPECT_EQ(error_of({text, server_.key, "", ""}), "--tls-cert: " + text + ": no certificate in PEM");
+  EXPECT_EQ(error_of({server_.certificate, locked, "", ""}),
+            "--tls-key: " + locked + ": no private key without a passphrase in PEM");
+  EXPECT_EQ(error_of({server_.certificate, maker_.Sign("other").key, "", ""}),
+            "--tls-key: " + (folder_ / "other-3.key") + ": this is the key of another certificate");
+  EXPECT_EQ(error_of({server_.certificate, server_.key, text, ""}),
+            "--tls-client-ca: " + text + ": no certificate in PEM");
+  EXPECT_EQ(error_of({server_.certificate, server_.key, "", text}),
+            "--tls-client-crl: " + text + ": no revocation list in PEM");
+  maker_.Revoke(server_, folder_ / "list.pem");
+  EXPECT_EQ(error_of({server_.certificate, server_.key, maker_.authority(), folder_ / "list.pem"}), "");
+  for (const mode_t mode : {0610, 0601, 0620}) {
+    ASSERT_EQ(chmod(server_.key.c_str(), mode), 0);
+    EXPECT_EQ(error_of({server_.certificate, server_.key, "", ""}),
+              "--tls-key: " + server_.key + ": other users may read the key; close it by `chmod go-rwx " +
+                  server_.key + "`");
+  }
+}
+
+TEST_F(Certificates, SayWhenTheyAreValid) {
+  const CertificateFiles old = maker_.Sign("old", 5, "DNS:localhost", -10);
+  EXPECT_THAT(
+      std::string(CheckTlsFiles({old.certificate, old.key, "", ""}).message()),
+      ::testing::MatchesRegex("--tls-cert: .*: the certificate expired on [A-Z][a-z][a-z] .* GMT; renew it"));
+  const CertificateFiles coming = maker_.Sign("coming", 30, "DNS:localhost", 2);
+  EXPECT_THAT(std::string(CheckTlsFiles({coming.certificate, coming.key, "", ""}).message()),
+              ::testing::MatchesRegex(
+                  "--tls-cert: .*: the certificate is valid from [A-Z][a-z][a-z] .* GMT on; is this "
+                  "machine's clock right."));
+}
+
+TEST_F(Revocations, AreToldOnceForEachStateOfTheList) {
+  const CertificateFiles anna = maker_.Sign("anna");
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(list_.IsRevoked(Text(anna)));
+  std::ofstream(path_) << "no PEM";
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(list_.IsRevoked(Text(anna)));
+  ASSERT_THAT(warnings_, SizeIs(2));
+  EXPECT_THAT(warnings_[0], ::testing::EndsWith("; no certificate is accepted until then"));
+  EXPECT_EQ(warnings_[1], path_ + ": no revocation list in PEM; no certificate is accepted until then");
 }
 
 }  // namespace

@@ -43,5 +43,32 @@ TEST(RoleWords, AreReadAsTheyAreWritten) {
   EXPECT_TRUE(absl::IsInvalidArgument(ParseRole("").status()));
 }
 
+TEST(MethodOf, DescribesWhatIsCalled) {
+  struct Expected {
+    const char *path, *name;
+    CallKind kind;
+    bool is_ours, audited;
+  };
+  const Expected kExpected[] = {
+      {"/weft.v1.Jobs/ListJobs", "Jobs.ListJobs", CallKind::kUnary, true, false},
+      {"/weft.v1.Jobs/SubmitJob", "Jobs.SubmitJob", CallKind::kUnary, true, true},
+      {"/weft.v1.Jobs/WatchJob", "Jobs.WatchJob", CallKind::kStream, true, false},
+      {"/weft.v1.Library/BeginUpload", "Library.BeginUpload", CallKind::kUpload, true, true},
+      // Parts of what is recorded already.
+      {"/weft.v1.Library/WriteFile", "Library.WriteFile", CallKind::kUpload, true, false},
+      {"/weft.v1.Sessions/RenewSession", "Sessions.RenewSession", CallKind::kUnary, true, false},
+      {"/grpc.health.v1.Health/Check", "/grpc.health.v1.Health/Check", CallKind::kUnary, false, false},
+      {"/grpc.health.v1.Health/Watch", "/grpc.health.v1.Health/Watch", CallKind::kStream, false, false},
+      {"/weft.v2.Jobs/ListJobs", "/weft.v2.Jobs/ListJobs", CallKind::kStream, false, false}};
+  for (const Expected& expected : kExpected) {
+    const Method method = MethodOf(expected.path);
+    EXPECT_EQ(method.name, expected.name);
+    EXPECT_EQ(method.kind, expected.kind) << expected.path;
+    EXPECT_EQ(method.is_ours, expected.is_ours) << expected.path;
+    EXPECT_EQ(method.audited, expected.audited) << expected.path;
+  }
+  EXPECT_EQ(MethodOf("/weft.v2.Jobs/ListJobs").role, v1::ROLE_ADMIN) << "of a version that nobody knows";
+}
+
 }  // namespace
 }  // namespace weft
