@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -37,9 +38,10 @@ class ConfinementTest : public ::testing::Test {
     if (LandlockVersion() < 6) GTEST_SKIP() << "this kernel has no Landlock that does all of this";
   }
 
-  // What the program printed: errno by name.
-  std::map<std::string, int> Try(const std::string& what) {
-    const std::string command = std::string(CONFINED_PROGRAM) + " " + what + " '" + folder_.path() + "'";
+  // What the program printed: errno by name. `user` as whom it runs; empty: as this one.
+  std::map<std::string, int> Try(const std::string& what, const std::string& user = "") {
+    const std::string command =
+        std::string(CONFINED_PROGRAM) + " " + what + " '" + folder_.path() + "' " + user;
     FILE* pipe = popen(command.c_str(), "r");
     EXPECT_NE(pipe, nullptr);
     std::string text;
@@ -83,6 +85,17 @@ TEST_F(ConfinementTest, AWorkerHasItsJobsFilesAndNothingElse) {
   EXPECT_LE(tried.at("core_limit"), 1);
   EXPECT_EQ(*ReadWholeFile(folder_ / "in/board.json"), "x");
   EXPECT_TRUE(fs::exists(folder_ / "elsewhere/file"));
+}
+
+// Its files may be root's alone.
+TEST_F(ConfinementTest, AWorkerOfAnotherUserHasTheSame) {
+  if (geteuid() != 0) GTEST_SKIP() << "this user cannot become another one";
+  std::map<std::string, int> tried = Try("worker", "nobody");
+  EXPECT_EQ(tried.at("user"), 1);
+  for (const char* works : {"read_input", "write_out", "rename_in_out", "null_device"})
+    EXPECT_EQ(tried.at(works), 0) << works;
+  for (const char* denied : {"read_passwd", "read_elsewhere", "make_elsewhere"})
+    EXPECT_EQ(tried.at(denied), EACCES) << denied;
 }
 
 TEST_F(ConfinementTest, ARecorderKeepsTheNetworkAndWritesInItsFolderAlone) {

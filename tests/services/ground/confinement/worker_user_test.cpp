@@ -19,6 +19,12 @@ TEST(WorkerUser, NamesUsersThatCannotBe) {
   }
 }
 
+TEST(WorkerUser, SaysWhichUsersCannotBe) {
+  EXPECT_EQ(CheckWorkerUser("no-such-user").message(),
+            "--worker-user: no user \"no-such-user\" on this machine; make it with `useradd --system`");
+  EXPECT_EQ(CheckWorkerUser("root").message(), "--worker-user: is root; name a user of the workers' own");
+}
+
 TEST(WorkerUser, NeedsRoot) {
   const absl::Status status = CheckWorkerUser("nobody");
   if (geteuid() == 0 && LandlockVersion() > 0) {
