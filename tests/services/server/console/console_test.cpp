@@ -1,21 +1,13 @@
 // The console of a daemon, asked byte by byte.
 #include "services/server/console/console.h"
 
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
-
-#include <filesystem>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "services/formats/files/mesh_file.h"
-#include "services/ground/process/unique_fd.h"
-#include "services/server/access/access_list.h"
+#include "base/host_clock.h"
 #include "services/server/access/audit_log.h"
 #include "services/server/console/json_messages.h"
-#include "tests/services/server/daemon/daemon_fixture.h"
+#include "tests/services/server/console/console_fixture.h"
 
 namespace weft {
 namespace {
@@ -23,74 +15,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
-
-class ConsoleTest : public DaemonTest {
- protected:
-  ConsoleTest() {
-    options_.console_listen = "127.0.0.1:0";
-    StartDaemon();
-    const std::string& address = daemon_->console_address();
-    port_ = std::stoi(address.substr(address.rfind(':') + 1));
-  }
-  std::string TokenOf(v1::Role role) {
-    const std::string text = AddToken(AccessListFile(options_.state_folder), {"anna", role, 0}).value().text;
-    // A daemon that runs takes the change within a second.
-    std::this_thread::sleep_for(std::chrono::milliseconds(700));
-    return text;
-  }
-  UniqueFd Connect() const {
-    UniqueFd connection(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    sockaddr_in address = {};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<uint16_t>(port_));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const timeval patience = {20, 0};
-    setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    EXPECT_EQ(connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    return connection;
-  }
-  static void Send(const UniqueFd& connection, const std::string& bytes) {
-    (void)send(connection.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  }
-  // Until `end` was read, or the other side ended it.
-  static std::string Receive(const UniqueFd& connection, const std::string& end = "") {
-    std::string all;
-    char bytes[4096];
-    while (end.empty() || all.find(end) == std::string::npos) {
-      const ssize_t n = recv(connection.get(), bytes, sizeof bytes, 0);
-      if (n <= 0) break;
-      all.append(bytes, static_cast<size_t>(n));
-    }
-    return all;
-  }
-  std::string Ask(const std::string& request) const {
-    const UniqueFd connection = Connect();
-    Send(connection, request);
-    return Receive(connection);
-  }
-  std::string Headers(const std::string& more = "") const {
-    return absl::StrCat("Host: 127.0.0.1:", port_, "\r\nConnection: close\r\n",
-                        cookie_.empty() ? "" : absl::StrCat("Cookie: ", cookie_, "\r\n"), more);
-  }
-  std::string Origin() const { return absl::StrCat("Origin: http://127.0.0.1:", port_, "\r\n"); }
-  std::string Get(const std::string& path, const std::string& more = "") const {
-    return Ask(absl::StrCat("GET ", path, " HTTP/1.1\r\n", Headers(more), "\r\n"));
-  }
-  std::string Post(const std::string& path, const std::string& body) const {
-    return Ask(absl::StrCat("POST ", path, " HTTP/1.1\r\n", Headers(Origin()),
-                            "Content-Type: application/json\r\nContent-Length: ", body.size(), "\r\n\r\n",
-                            body));
-  }
-  std::string LogIn(const std::string& token) {
-    const std::string answer = Post("/login", absl::StrCat("{\"token\": \"", token, "\"}"));
-    const size_t at = answer.find("Set-Cookie: ");
-    if (at != std::string::npos) cookie_ = answer.substr(at + 12, answer.find(';', at) - at - 12);
-    return answer;
-  }
-
-  int port_ = 0;
-  std::string cookie_;
-};
 
 TEST_F(ConsoleTest, ExchangesATokenForACookieThatScriptsCannotRead) {
   EXPECT_THAT(Post("/api/Server/GetServerInfo", "{}"), StartsWith("HTTP/1.1 401"));
@@ -203,65 +127,136 @@ TEST_F(ConsoleTest, OutlivesWhatIsNoRequest) {
   EXPECT_THAT(LogIn(TokenOf(v1::ROLE_VIEWER)), StartsWith("HTTP/1.1 200"));
 }
 
-// Roles and errors are those of FetchResult, whose bytes they come from.
-TEST_F(ConsoleTest, MeshesAreSentToBeDrawn) {
-  EXPECT_THAT(Get("/mesh/any/0000"), StartsWith("HTTP/1.1 401"));
-  LogIn(TokenOf(v1::ROLE_VIEWER));
-  const std::string id = client_->Submit(MakeRequest({"a", "b"})).value().id();
-  EXPECT_EQ(WaitForEnd(id).state(), v1::JOB_STATE_DONE);
-  RegisteredMesh mesh;
-  mesh.vertices_mm = {{0, 0, 900}, {100, 0, 900}, {0, 100, 900}};
-  mesh.state = {VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred};
-  mesh.sigma_mm = {0.1f, 0.2f, 0.3f};
-  mesh.views = {3, 2, 0};
-  std::filesystem::create_directories(folder_ / "out/a");
-  ASSERT_TRUE(WriteRegisteredMesh(folder_ / "out/a/mesh.ply", mesh, {{0, 1, 2}}).ok());
-  const std::string plain = Get(absl::StrCat("/mesh/", id, "/a"));
-  EXPECT_THAT(plain, StartsWith("HTTP/1.1 200"));
-  EXPECT_THAT(plain, HasSubstr("weftmsh1"));
-  EXPECT_GT(Get(absl::StrCat("/mesh/", id, "/a?faces=1")).size(), plain.size());
-  const std::string none = Get(absl::StrCat("/mesh/", id, "/b"));
-  EXPECT_THAT(none, StartsWith("HTTP/1.1 404"));
-  EXPECT_THAT(none, HasSubstr("no mesh.ply; is it finished?"));
-  WriteBytes(folder_ / "out/b/mesh.ply", "ply\nformat ascii 1.0\nend_header\n");
-  EXPECT_THAT(Get(absl::StrCat("/mesh/", id, "/b")), HasSubstr("register the frame again"));
-  for (const char* wrong : {"/mesh/a", "/mesh/none/a", "/mesh/a/b/c"})
-    EXPECT_THAT(Get(wrong), StartsWith("HTTP/1.1 404")) << wrong;
-}
-
-// A frame of a client (RFC 6455, 5.2), masked with zeros.
-std::string Frame(const std::string& text) {
-  std::string frame = "\x81";
-  frame.push_back(static_cast<char>(0x80 | text.size()));
-  return frame + std::string(4, '\0') + text;
-}
-
-TEST_F(ConsoleTest, StreamsComeOverOneSocket) {
-  LogIn(TokenOf(v1::ROLE_CLIENT));
-  const absl::StatusOr<v1::Job> job = client_->Submit(MakeRequest({"slow_0001", "slow_0002"}));
-  ASSERT_TRUE(job.ok()) << job.status();
-  const UniqueFd connection = Connect();
-  const std::string upgrade =
-      absl::StrCat("Host: 127.0.0.1:", port_, "\r\nCookie: ", cookie_,
-                   "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                   "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
-  EXPECT_THAT(Ask("GET /live HTTP/1.1\r\n" + upgrade + "\r\n"), StartsWith("HTTP/1.1 403"));
-  Send(connection, "GET /live HTTP/1.1\r\n" + upgrade + Origin() + "\r\n");
-  EXPECT_THAT(Receive(connection, "0 alive"), StartsWith("HTTP/1.1 101"));
-  Send(connection, Frame(absl::StrCat("5 Jobs.WatchJob\n{\"jobId\": \"", job->id(), "\"}")));
-  EXPECT_THAT(Receive(connection, "5 end"), HasSubstr("5 message\n"));
-  Send(connection, Frame("6 Jobs.WatchJob\n{\"jobId\": \"none\"}"));
-  EXPECT_THAT(Receive(connection, "NOT_FOUND"), HasSubstr("6 end"));
-  Send(connection, Frame("no order"));
-  EXPECT_THAT(Receive(connection, "INVALID_ARGUMENT"), HasSubstr("0 end"));
-}
-
 TEST_F(ConsoleTest, EndsWithItsDaemonWhilePagesWatch) {
   LogIn(TokenOf(v1::ROLE_CLIENT));
   const UniqueFd connection = Connect();
   Send(connection, "GET /session HTTP/1.1\r\n");  // and no end
   daemon_.reset();
   EXPECT_EQ(Receive(connection), "");
+}
+
+TEST_F(ConsoleTest, PagesAreServedToEverybody) {
+  const Reply page = Parsed(Get("/"));
+  EXPECT_EQ(page.status, "HTTP/1.1 200 OK");
+  EXPECT_EQ(page.body, "<!doctype html>" + std::string(1000, 'x'));
+  const std::string tag = page.headers.at("ETag");
+  const std::map<std::string, std::string> of_all = {
+      {"Content-Type", "text/html; charset=utf-8"},
+      {"X-Content-Type-Options", "nosniff"},
+      {"Content-Security-Policy",
+       "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: "
+       "blob:; "
+       "connect-src 'self'; worker-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; "
+       "frame-ancestors 'self'"},
+      {"Cross-Origin-Resource-Policy", "same-origin"},
+      {"Cross-Origin-Opener-Policy", "same-origin"},
+      {"Referrer-Policy", "no-referrer"},
+      {"Vary", "Accept-Encoding"},
+      {"ETag", tag},
+      {"Cache-Control", "no-cache"},
+      {"Content-Length", "1015"},
+      {"Connection", "close"}};
+  EXPECT_EQ(page.headers, of_all);
+  const Reply packed = Parsed(Get("/", "Accept-Encoding: br, gzip\r\n"));
+  EXPECT_EQ(packed.headers.at("Content-Encoding"), "gzip");
+  EXPECT_THAT(packed.body, StartsWith("\x1f\x8b"));
+  const Reply known = Parsed(Get("/", "If-None-Match: " + tag + "\r\n"));
+  EXPECT_EQ(known.status, "HTTP/1.1 304 Not Modified");
+  EXPECT_EQ(known.body, "");
+  const Reply script = Parsed(Get("/assets/main-1a2b3c4d.js", "Accept-Encoding: gzip\r\n"));
+  EXPECT_EQ(script.body, "1;");
+  EXPECT_EQ(script.headers.at("Cache-Control"), "public, max-age=31536000, immutable");
+  EXPECT_FALSE(script.headers.contains("Content-Encoding"));
+  const Reply head = Parsed(Ask(absl::StrCat("HEAD / HTTP/1.1\r\n", Headers(), "\r\n")));
+  EXPECT_EQ(head.headers, of_all);
+  EXPECT_EQ(head.body, "");
+  // A link of another site leads here, and nowhere else.
+  const std::string from_elsewhere = "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\n";
+  EXPECT_THAT(Get("/", from_elsewhere), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(Get("/assets/main-1a2b3c4d.js", from_elsewhere), StartsWith("HTTP/1.1 403"));
+  options_.console_files.clear();
+  client_.reset(), daemon_.reset();
+  StartConsole();
+  const Reply none = Parsed(Get("/"));
+  EXPECT_EQ(none.status, "HTTP/1.1 404 Not Found");
+  EXPECT_EQ(none.headers.at("Content-Type"), "text/plain; charset=utf-8");
+  EXPECT_THAT(none.body, StartsWith("This weftd was built without its console's pages."));
+}
+
+TEST_F(ConsoleTest, WhatIsNotThereIsSaidToThoseWhoAreKnown) {
+  const std::string away = R"({"code":"NOT_FOUND","message":"there is nothing here; the console is at /"})";
+  EXPECT_THAT(Get("/nothing"), StartsWith("HTTP/1.1 401"));
+  LogIn(TokenOf(v1::ROLE_VIEWER));
+  EXPECT_EQ(Parsed(Get("/nothing")).body, away);
+  for (const char* path : {"/session", "/file/Jobs/FetchResult", "/mesh/a/b", "/nothing", "/"})
+    EXPECT_EQ(Parsed(Post(path, "{}")).body, away) << path;
+  for (const char* path : {"/logout", "/login", "/api/Jobs/ListJobs", "/live"})
+    EXPECT_EQ(Parsed(Get(path)).body, away) << path;
+  const Reply put = Parsed(Ask(absl::StrCat("PUT /session HTTP/1.1\r\n", Headers(Origin()), "\r\n")));
+  EXPECT_EQ(put.status, "HTTP/1.1 405 Method Not Allowed");
+  EXPECT_EQ(put.body, R"({"code":"UNIMPLEMENTED","message":"GET, HEAD and POST are answered"})");
+  EXPECT_EQ(Parsed(Post("/api/Jobs/WatchJob", "{}")).body,
+            R"({"code":"UNIMPLEMENTED","message":"Jobs/WatchJob: there is no such method with one answer"})");
+}
+
+TEST_F(ConsoleTest, LogsInForADayAndTellsTheAuditLog) {
+  const int64_t before_ns = HostTime_ns();
+  EXPECT_THAT(Parsed(LogIn("")).body, HasSubstr("token: it is missing"));
+  EXPECT_EQ(Parsed(Post("/login", "{\"token\": 7, \"x\": 1}")).body,
+            R"({"code":"INVALID_ARGUMENT","message":"a ConsoleLogin is asked for"})");
+  const Reply reply = Parsed(LogIn(TokenOf(v1::ROLE_CLIENT)));
+  const std::string name = absl::StrCat("weft_", port_, "="), id = cookie_.substr(name.size());
+  EXPECT_EQ(reply.headers.at("Set-Cookie"), name + id + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400");
+  EXPECT_EQ(id.size(), 64u);
+  v1::ConsoleUser user;
+  ASSERT_TRUE(FromJson(reply.body, user).ok()) << reply.body;
+  EXPECT_THAT(user.caller(), ::testing::MatchesRegex("token [0-9a-f]{12} .anna."));
+  EXPECT_EQ(user.role(), v1::ROLE_CLIENT);
+  EXPECT_NE(user.weft_version(), "");
+  const int64_t day_ns = int64_t{24} * 3600 * 1'000'000'000;
+  EXPECT_GE(user.expires_unix_ns(), before_ns + day_ns);
+  EXPECT_LE(user.expires_unix_ns(), HostTime_ns() + day_ns);
+  EXPECT_EQ(Parsed(Get("/session")).body, reply.body);
+  const Reply out = Parsed(Post("/logout", "{}"));
+  EXPECT_EQ(out.body, "{}");
+  EXPECT_EQ(out.headers.at("Set-Cookie"), name + "; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+  std::vector<std::string> entries;
+  const auto log = ReadAuditLog(AuditLogFile(options_.state_folder), 100).value();
+  for (const v1::AuditEntry& entry : log)
+    if (entry.method() == "POST /login")
+      entries.push_back(
+          absl::StrCat(entry.peer(), "|", entry.outcome(), "|", entry.caller(), "|", entry.message()));
+  EXPECT_THAT(entries, ::testing::ElementsAre("127.0.0.1|UNAUTHENTICATED||token: it is missing",
+                                              "127.0.0.1|INVALID_ARGUMENT||a ConsoleLogin is asked for",
+                                              "127.0.0.1|OK|" + user.caller() + "|"));
+}
+
+TEST_F(ConsoleTest, AnswersAreTheMessagesOfTheApi) {
+  LogIn(TokenOf(v1::ROLE_CLIENT));
+  const Reply list = Parsed(Post("/api/Jobs/ListJobs", "{}"));
+  EXPECT_EQ(list.status, "HTTP/1.1 200 OK");
+  EXPECT_EQ(list.headers.at("Content-Type"), "application/json");
+  EXPECT_EQ(list.headers.at("Cache-Control"), "no-store");
+  EXPECT_EQ(list.body, "{}");
+  const Reply form =
+      Parsed(Ask(absl::StrCat("POST /login HTTP/1.1\r\n", Headers(Origin()), "Content-Length: 2\r\n\r\n{}")));
+  EXPECT_EQ(form.status, "HTTP/1.1 415 Unsupported Media Type");
+  EXPECT_EQ(form.body, R"({"code":"INVALID_ARGUMENT","message":"Content-Type: must be application/json"})");
+}
+
+// Two requests over one connection, each whole.
+TEST_F(ConsoleTest, ConnectionsAreKept) {
+  const UniqueFd connection = Connect();
+  const std::string get = absl::StrCat("GET /assets/main-1a2b3c4d.js HTTP/1.1\r\nHost: localhost\r\n");
+  Send(connection, get + "\r\n");
+  EXPECT_THAT(Receive(connection, "1;"), Not(HasSubstr("Connection: close")));
+  Send(connection, get + "Connection: close\r\n\r\n");
+  EXPECT_THAT(Receive(connection), StartsWith("HTTP/1.1 200"));
+  // What was not read of a request stands in the way of the next one.
+  const UniqueFd other = Connect();
+  Send(other, absl::StrCat("POST /session HTTP/1.1\r\nHost: localhost:", port_,
+                           "\r\nOrigin: http://localhost:", port_, "\r\nContent-Length: 5\r\n\r\n"));
+  EXPECT_THAT(Receive(other), HasSubstr("Connection: close"));
 }
 
 }  // namespace

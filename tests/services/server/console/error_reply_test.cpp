@@ -32,5 +32,17 @@ TEST(ErrorReply, NamesFieldAndRemedyForThePage) {
   EXPECT_THAT(reply.body, HasSubstr("INVALID_ARGUMENT"));
 }
 
+TEST(ErrorReply, IsJsonOfTheWholeError) {
+  EXPECT_EQ(ErrorReply(absl::NotFoundError("no such job")).body,
+            R"({"code":"NOT_FOUND","message":"no such job"})");
+  EXPECT_EQ(
+      ErrorReply(FieldError(absl::StatusCode::kAborted, {"version", "is another", "begin anew"})).body,
+      R"({"code":"ABORTED","message":"version: is another; begin anew","field":"version","remedy":"begin anew"})");
+  EXPECT_EQ(ErrorReply(absl::AlreadyExistsError("")).status, 409);
+  EXPECT_EQ(ErrorReply(absl::AbortedError("")).status, 409);
+  EXPECT_EQ(ErrorReply(absl::UnimplementedError("")).status, 404);
+  EXPECT_EQ(ErrorReply(absl::UnknownError("a\xff")).body, R"({"code":"UNKNOWN","message":"a\\xff"})");
+}
+
 }  // namespace
 }  // namespace weft

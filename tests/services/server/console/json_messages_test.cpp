@@ -54,5 +54,35 @@ TEST(JsonMessages, ErrorsHaveCodeAndMessage) {
   EXPECT_EQ(error.message(), "no such job");
 }
 
+TEST(FindMethod, LeavesOutThoseToWhichAStreamIsSent) {
+  EXPECT_EQ(FindMethod("Library/WriteFile"), nullptr);
+  EXPECT_NE(FindMethod("Library/FetchFile"), nullptr);
+}
+
+TEST(JsonMessages, QueriesSayWhatIsNoValue) {
+  const google::protobuf::Descriptor& type = *FindMethod("Jobs/FetchResult")->input_type();
+  EXPECT_EQ(RequestOfQuery(type, {{"offset", "many"}}).status(),
+            absl::InvalidArgumentError("offset: \"many\" is no value of FetchResultRequest"));
+  EXPECT_EQ(RequestOfQuery(type, {{"job_id", "a\xff"}}).status(),
+            absl::InvalidArgumentError("job_id: \"a\\xff\" is no value of FetchResultRequest"));
+  EXPECT_EQ(RequestOfQuery(type, {}).value(), "");
+  // Fields of messages, lists and other numbers are for JSON.
+  EXPECT_FALSE(RequestOfQuery(*FindMethod("Jobs/SubmitJob")->input_type(), {{"spec", "x"}}).ok());
+  EXPECT_FALSE(RequestOfQuery(*FindMethod("Jobs/SubmitJob")->input_type(), {{"priority", "1"}}).ok());
+}
+
+TEST(JsonMessages, RequestsHaveLimits) {
+  v1::ConsoleLogin login;
+  const std::string begin = "{\"token\": \"", end = "\"}";
+  const std::string most = begin + std::string((1 << 20) - begin.size() - end.size(), 't') + end;
+  EXPECT_TRUE(FromJson(most, login).ok());
+  EXPECT_FALSE(FromJson(most + " ", login).ok());
+  EXPECT_EQ(login.token().size(), most.size() - begin.size() - end.size());
+  EXPECT_EQ(JsonOfAnswer(*v1::GetJobRequest::descriptor(), "\xff\xff").status(),
+            absl::InternalError("the answer is no GetJobRequest"));
+}
+
+TEST(JsonMessages, ErrorsNameTheirField) { EXPECT_EQ(JsonOfStatus(absl::OkStatus()), R"({"code":"OK"})"); }
+
 }  // namespace
 }  // namespace weft

@@ -168,5 +168,108 @@ TEST(QuantizedMesh, SaysWhatIsWrongWithAMesh) {
   EXPECT_THAT(QuantizedMesh("no mesh", false, "m").status().message(), HasSubstr("m: "));
 }
 
+// Three vertices as another program may write them: columns in another order, with one of its own.
+std::string OtherPly(const std::string& faces, const std::string& rows = "", float far_mm = 0,
+                     double sigma_mm = 1) {
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar views\nproperty double "
+      "sigma_mm\n"
+      "property float z\nproperty short own\nproperty float y\nproperty uchar state\nproperty float x\n" +
+      faces + "end_header\n";
+  for (int v = 0; v < 3; ++v) {
+    ply.push_back(static_cast<char>(62 + v));
+    PutLittleEndian(sigma_mm, ply);
+    PutLittleEndian(v == 2 ? far_mm : 5.0f, ply);
+    PutLittleEndian(int16_t{-1}, ply);
+    PutLittleEndian(v == 1 ? 131.07f : 0.0f, ply);
+    ply.push_back(static_cast<char>(v == 0 ? 7 : v));
+    PutLittleEndian(v == 2 ? 1310.7f : 0.0f, ply);
+  }
+  return ply + rows;
+}
+
+TEST(QuantizedMesh, ReadsColumnsByTheirNames) {
+  const auto bytes = QuantizedMesh(OtherPly("", "", 5), false, "m");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const Shown shown = Read(*bytes);
+  EXPECT_EQ(shown.vertices, 3u);
+  EXPECT_NEAR(shown.step_mm.x(), 0.02, 1e-6);  // 1310.7 mm in 65535 steps
+  EXPECT_EQ(shown.step_mm.y(), 0.005);         // less would only carry noise
+  EXPECT_EQ(shown.step_mm.z(), 0.005);
+  EXPECT_TRUE(shown.low_mm == Eigen::Vector3d(0, 0, 5));
+  EXPECT_EQ(shown.words[1][1], 26214);
+  EXPECT_EQ(shown.words[2][0], 65535);
+  // State 7 is shown as 3, and driven vertices have one view more; 63 or more are 63. 1 mm of sigma: ten
+  // octaves above 0.001 mm, less a bit.
+  EXPECT_EQ(shown.words[0][3], 159 << 8 | 63 << 2 | 3);
+  EXPECT_EQ(shown.words[1][3], 159 << 8 | 63 << 2 | 1);
+  EXPECT_EQ(shown.words[2][3], 159 << 8 | 63 << 2 | 2);
+}
+
+TEST(QuantizedMesh, SigmaHasItsEnds) {
+  const auto sigma_of = [](double sigma_mm) {
+    return Read(QuantizedMesh(OtherPly("", "", 0, sigma_mm), false, "m").value()).words[0][3] >> 8;
+  };
+  EXPECT_EQ(sigma_of(0), 0);
+  EXPECT_EQ(sigma_of(-1), 0);
+  EXPECT_EQ(sigma_of(0.001), 0);
+  EXPECT_EQ(sigma_of(0.002), 16);
+  EXPECT_EQ(sigma_of(1e9), 254);
+  EXPECT_EQ(sigma_of(INFINITY), 255);
+}
+
+TEST(QuantizedMesh, ReadsFacesWhateverElseTheirRowsHave) {
+  std::string row;
+  row += std::string("\x02\x01\x01", 3);  // a list of its own
+  row += std::string("\x03\x00\x01\x02", 4);
+  PutLittleEndian(7.0f, row);
+  const std::string faces =
+      "element face 1\nproperty list uchar uchar own\nproperty list uchar uchar vertex_index\nproperty float "
+      "area\n";
+  const auto bytes = QuantizedMesh(OtherPly(faces, row), true, "m");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  EXPECT_EQ(Read(*bytes).faces, 1u);
+  EXPECT_EQ(QuantizedMesh(OtherPly(faces, row.substr(0, row.size() - 1)), true, "m").status(),
+            absl::InvalidArgumentError("m: face 0 is cut off or names no vertex"));
+}
+
+TEST(QuantizedMesh, SaysWhatIsWrongWithItsFaces) {
+  const std::string faces = "element face 1\nproperty list uchar char vertex_indices\n";
+  const auto error_of = [&](const std::string& row) {
+    return std::string(QuantizedMesh(OtherPly(faces, row), true, "m").status().message());
+  };
+  EXPECT_EQ(error_of(std::string("\x03\x02\x01\x00", 4)), "");
+  EXPECT_EQ(error_of(std::string("\x04\x00\x01\x02\x00", 5)), "m: face 0 is no triangle");
+  EXPECT_EQ(error_of(std::string("\x02\x00\x01", 3)), "m: face 0 is no triangle");
+  const std::string none = "m: face 0 is cut off or names no vertex";
+  EXPECT_EQ(error_of(std::string("\x03\x00\x01\x03", 4)), none);
+  EXPECT_EQ(error_of(std::string("\x03\x00\x01\xff", 4)), none);
+  EXPECT_EQ(error_of(std::string("\x03\x00\x01", 3)), none);
+  EXPECT_EQ(error_of(""), none);
+  EXPECT_EQ(QuantizedMesh(OtherPly(""), true, "m").status().message(), "m: no faces after the vertices");
+  EXPECT_EQ(QuantizedMesh(OtherPly("element edge 1\nproperty uchar a\n"), true, "m").status().message(),
+            "m: no faces after the vertices");
+}
+
+TEST(QuantizedMesh, SaysWhatIsNoMeshOfAJob) {
+  const auto error_of = [](std::string ply, const std::string& from, const std::string& to) {
+    return std::string(
+        QuantizedMesh(ply.replace(ply.find(from), from.size(), to), false, "m").status().message());
+  };
+  const std::string other = "m: not a mesh of a job: binary little-endian with vertices first is asked for";
+  EXPECT_EQ(error_of(OtherPly(""), "little", "big"), other);
+  EXPECT_EQ(error_of(OtherPly(""), "element vertex", "element point"), other);
+  EXPECT_EQ(error_of(OtherPly(""), "vertex 3", "vertex 0"), "m: 0 vertices cannot be shown");
+  EXPECT_EQ(error_of(OtherPly(""), "vertex 3", "vertex 268435457"), "m: 268435457 vertices cannot be shown");
+  EXPECT_EQ(error_of(OtherPly(""), "vertex 3", "vertex 268435456"), "m: the vertices are cut off");
+  EXPECT_EQ(error_of(OtherPly(""), "property uchar views", "property list uchar uchar views"),
+            "m: a vertex has a list; write the mesh with weft");
+  EXPECT_EQ(error_of(OtherPly(""), "uchar views", "uchar seen"), "m: vertices have no views");
+  EXPECT_EQ(QuantizedMesh(OtherPly("", "", 2e9f), false, "m").status().message(), "m: vertex 2 is nowhere");
+  EXPECT_TRUE(QuantizedMesh(OtherPly("", "", 9e8f), false, "m").ok());
+  EXPECT_FALSE(EndOfVertices(std::string(64 << 10, 'x'), "m").ok());
+  EXPECT_EQ(*EndOfVertices(std::string((64 << 10) - 1, 'x'), "m"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace weft

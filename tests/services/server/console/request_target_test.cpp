@@ -76,5 +76,35 @@ TEST(IsHostOfOurs, ComparesNamesAsCertificatesDo) {
     EXPECT_FALSE(IsHostOfOurs(foreign, names)) << foreign;
 }
 
+TEST(ParseTarget, DecodesLettersAndBlanks) {
+  EXPECT_EQ(ParseTarget("/a%41%5a%5A%7e%20b+c")->path, "/aAZZ~ b+c");
+  EXPECT_EQ(ParseTarget("/a?b%3Dc=d+e%2B")->query[0], (std::pair<std::string, std::string>("b=c", "d e+")));
+  EXPECT_EQ(ParseTarget("/a?&&b")->query.size(), 1u);
+  EXPECT_TRUE(ParseTarget("/a#?b=c")->query.empty());
+  EXPECT_EQ(ParseTarget("/" + std::string(2047, 'a'))->path.size(), 2048u);
+  for (const char* text :
+       {"/a%4g", "/a%g4", "/a%/4", "/a%:4", "/a%@4", "/a%4`", "/a%1f", "/a%7f", "/a/", "/a?%zz=1", "/a?b=%0"})
+    EXPECT_FALSE(ParseTarget(text).ok()) << text;
+  EXPECT_EQ(ParseTarget("x").status(), absl::InvalidArgumentError("this is no path of this server"));
+}
+
+TEST(ParseRange, TakesSingleNumbersAlone) {
+  EXPECT_EQ(ParseRange("bytes=3-3")->last, 3);
+  EXPECT_EQ(ParseRange("bytes=3-4")->first, 3);
+  for (const char* text : {"bytes=3-2", "bytes=1-x", "bytes=1--2", "bytes=-", "bytes=1-99999999999999999999"})
+    EXPECT_FALSE(ParseRange(text)) << text;
+}
+
+TEST(ParseSocketOrder, TakesNamesOfAHundredLetters) {
+  EXPECT_TRUE(ParseSocketOrder("1 " + std::string(100, 'm') + "\n{}").ok());
+  EXPECT_EQ(ParseSocketOrder("1 " + std::string(101, 'm') + "\n{}").status(),
+            absl::InvalidArgumentError("an order names a method, and its request follows on the next line"));
+  EXPECT_EQ(ParseSocketOrder("x cancel").status(),
+            absl::InvalidArgumentError("an order begins with a number and a space"));
+  EXPECT_EQ(ParseSocketOrder("1 m\n")->json, "");
+}
+
+TEST(CookieValue, MayHaveEqualsSigns) { EXPECT_EQ(CookieValue(" a = 1;weft_80=b=c ;", "weft_80"), "b=c"); }
+
 }  // namespace
 }  // namespace weft
