@@ -11,7 +11,9 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/host_clock.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
 #include "tests/services/work/slurm/played_slurm.h"
 
 namespace weft {
@@ -305,6 +307,70 @@ TEST_F(SlurmExecutorTest, ATaskThatNeededMoreMemoryGetsMoreTheNextTime) {
   Start("b.1", {"f1"}, "another");
   EXPECT_TRUE(WaitForEnd("b.1").end->clean);
   EXPECT_THAT(Lines("sbatch.log").back(), HasSubstr("--mem=4096M"));
+}
+
+TEST_F(SlurmExecutorTest, ArraysAreWrittenDownForTheNextExecutor) {
+  Write("hold", "x");
+  Begin([](SlurmOptions& options) {
+    options.memory_mib = 900, options.query_s = 60;
+    options.stop_patience = std::chrono::milliseconds(50);
+  });
+  const int64_t before_ns = HostTime_ns();
+  Start("a.1", {"f1"});
+  Start("a.2", {"f2"});
+  WaitForFile("sbatch.log");
+  std::string file;
+  for (int i = 0; i < 6000 && file.empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path_ + "/shared/jobs"))
+      if (entry.path().filename() == "array.json") file = entry.path();
+  }
+  v1::SubmittedArray array;
+  ASSERT_TRUE(ReadJsonFile(file, array).ok()) << file;
+  EXPECT_GE(array.submitted_unix_ns(), before_ns);
+  EXPECT_LE(array.submitted_unix_ns(), HostTime_ns());
+  array.clear_submitted_unix_ns();
+  EXPECT_EQ(array.ShortDebugString(), "id: 101 tasks: 2 memory_mib: 900");
+}
+
+TEST_F(SlurmExecutorTest, HasAThousandPlaces) {
+  Write("squeue.json", "no answer");  // so that none is submitted
+  Begin();
+  v1::Task task;
+  task.set_job_id("job");
+  int begun = 0;
+  absl::Status refused;
+  for (; begun < 2000 && refused.ok(); begun += refused.ok() ? 1 : 0) {
+    task.set_id(absl::StrCat("a.", begun));
+    refused = executor_->Start(task, ListenerOf(task.id()));
+  }
+  EXPECT_EQ(begun, 1000);
+  EXPECT_EQ(refused, absl::ResourceExhaustedError("too many tasks"));
+  executor_->Stop("a.7");
+  EXPECT_EQ(WaitForEnd("a.7").end->reason, "stopped");
+  EXPECT_TRUE(executor_->Start(task, ListenerOf("again")).ok());
+}
+
+TEST_F(SlurmExecutorTest, RefusalsOfSbatchAreTellingAndWhole) {
+  Write("sbatch.fails", "sbatch: error: invalid partition specified: fast\n");
+  Begin();
+  Start("a.1", {"f1"});
+  EXPECT_EQ(WaitForEnd("a.1").error->message(),
+            "its tasks cannot be given to Slurm: " + path_ +
+                "/sbatch: exit status 1; it printed: sbatch: error: invalid partition specified: fast; start "
+                "weftd with "
+                "other options of Slurm (`weftd --help` lists them), then `weft job retry` goes on");
+  EXPECT_FALSE(told_["a.1"].end->refused);
+  Write("sbatch.fails", "sbatch: error: Slurm temporarily unable to accept job\n");
+  Start("b.1", {"f1"});
+  const Told told = WaitUntil("b.1", [](const Told& one) { return !one.waits.empty(); });
+  EXPECT_EQ(
+      told.waits.front(),
+      "waits for Slurm, which does not take 1 more task now: " + path_ +
+          "/sbatch: exit status 1; it printed: sbatch: error: Slurm temporarily unable to accept "
+          "job; see MaxJobCount, MaxArraySize and MinJobAge of `scontrol show config`, and the limits on "
+          "submitted "
+          "jobs of the account");
 }
 
 }  // namespace
