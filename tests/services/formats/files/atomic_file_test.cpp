@@ -119,5 +119,16 @@ TEST(CreateFolders, MakesParentsAndRefusesAFileInTheWay) {
   EXPECT_FALSE(CreateFolders(folder / "file/below").ok());
 }
 
+TEST(CopyWholeFile, HasTheBytesOfTheOther) {
+  const TempFolder folder;
+  const std::string bytes("a\0b\n", 4);
+  WriteBytes(folder / "from", bytes);
+  ASSERT_TRUE(CopyWholeFile(folder / "from", folder / "to").ok());
+  EXPECT_EQ(ReadBytes(folder / "to"), bytes);
+  const absl::Status missing = CopyWholeFile(folder / "none", folder / "to");
+  EXPECT_TRUE(absl::IsNotFound(missing)) << missing;
+  EXPECT_EQ(ReadBytes(folder / "to"), bytes);
+}
+
 }  // namespace
 }  // namespace weft

@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
+#include "capture/image/image_file.h"
 #include "pattern/board/joint_board.h"
+#include "pattern/board/panel_mask.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -66,6 +70,52 @@ TEST(BoardFile, JointBoardsKeepTheirPartsAndCheckThem) {
   WriteBytes(folder / "board/board.json",
              json.replace(json.find("\"first_row\": 11"), 15, "\"first_row\": 99"));
   EXPECT_THAT(ReadBoard(folder / "board").status().message(), HasSubstr("parts[1]: rows 99"));
+}
+
+TEST(BoardFile, ImagesThatAreNoBoardAreNamed) {
+  const TempFolder folder;
+  ASSERT_TRUE(WriteBoard(folder / "board", *GenerateBoard(7, 9, 2.7, 3)).ok());
+  std::string json = ReadBytes(folder / "board/board.json");
+  WriteBytes(folder / "board/board.json", json.replace(json.find("\"cols\": 9"), 9, "\"cols\": 8"));
+  EXPECT_THAT(ReadBoard(folder / "board").status().message(),
+              AllOf(HasSubstr("cols says 8"), HasSubstr("has 9")));
+  const std::vector<uint8_t> panels(7 * 9, 1);
+  ASSERT_TRUE(WriteImageFile(folder / "panels.png", PanelsToMask(panels, 7, 9)).ok());
+  const absl::Status grey = ReadBoard(folder / "panels.png").status();
+  EXPECT_TRUE(absl::IsInvalidArgument(grey));
+  EXPECT_THAT(std::string(grey.message()), ::testing::StartsWith(folder / "panels.png"));
+  EXPECT_EQ(*ReadPanelMask(folder / "panels.png", 7, 9), panels);
+  EXPECT_THAT(std::string(ReadPanelMask(folder / "panels.png", 7, 8).status().message()),
+              HasSubstr("7 rows and 9 columns of pixels, the board has 7x8 cells"));
+  EXPECT_FALSE(ReadPanelMask(folder / "panels.png", 6, 9).ok());
+  // Too large to be looked at.
+  WriteBytes(folder / "large.png", "");
+  std::filesystem::resize_file(folder / "large.png", (uintmax_t{256} << 20) + 1);
+  const absl::Status large = ReadBoard(folder / "large.png").status();
+  EXPECT_TRUE(absl::IsInvalidArgument(large));
+  EXPECT_THAT(std::string(large.message()),
+              HasSubstr("has 268435457 bytes, more than the 268435456 that the image of a board may have"));
+}
+
+// All of board.json, but for the hash.
+TEST(BoardFile, EveryFieldIsWrittenAndReadBack) {
+  const TempFolder folder;
+  Board board = *GenerateBoard(7, 9, 2.5, 3);
+  board.square_fraction = 0.75;
+  board.id = "small";
+  board.panels.assign(7 * 9, 1);
+  ASSERT_TRUE(WriteBoard(folder / "board", board, "by hand").ok());
+  const std::string json = ReadBytes(folder / "board/board.json");
+  for (const char* field :
+       {"\"id\": \"small\"", "\"provenance\": \"by hand\"", "\"rows\": 7", "\"cols\": 9", "\"cell_mm\": 2.5",
+        "\"square_fraction\": 0.75", "\"image\": \"board.png\"", "\"panels\": \"panels.png\""})
+    EXPECT_THAT(json, HasSubstr(field));
+  const auto back = ReadBoard(folder / "board");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->square_fraction, 0.75);
+  EXPECT_EQ(back->cell_mm, 2.5);
+  EXPECT_EQ(back->panels, board.panels);
+  EXPECT_EQ(back->cells, board.cells);
 }
 
 }  // namespace

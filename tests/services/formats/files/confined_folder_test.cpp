@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <cstdio>
@@ -149,6 +150,56 @@ TEST_F(ConfinedFolderTest, SpeaksOfTheFolderByItsName) {
   EXPECT_FALSE(status.ok());
   EXPECT_THAT(status.message(),
               AllOf(HasSubstr(folder_ / "out/mesh.ply"), ::testing::Not(HasSubstr("/proc"))));
+}
+
+TEST_F(ConfinedFolderTest, SaysWhyAFolderOrAFileCannotBeOpened) {
+  EXPECT_TRUE(absl::IsInvalidArgument(ConfinedFolder::Open("out").status()));
+  EXPECT_EQ(ConfinedFolder::Open("").status().message(), "\"\" is no absolute path");
+  EXPECT_TRUE(ConfinedFolder::Open("/").ok());
+  const ConfinedFolder out = Out();
+  const std::string name(300, 'x');  // longer than a name may be
+  const absl::Status child = out.Child(name, IfMissing::kFail).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(child)) << child;
+  EXPECT_EQ(child.message(), folder_ / "out/" + name + ": cannot be opened (File name too long)");
+  EXPECT_FALSE(out.Child(name, IfMissing::kMake).ok());
+  const absl::Status file = out.OpenFile(name).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(file)) << file;
+  EXPECT_EQ(file.message(), folder_ / "out/" + name + ": cannot be opened (File name too long)");
+  fs::create_directory(folder_ / "out/0001");
+  const absl::Status removed = out.Remove("0001");
+  EXPECT_TRUE(absl::IsPermissionDenied(removed)) << removed;
+  EXPECT_THAT(std::string(removed.message()), HasSubstr("out/0001: cannot be removed ("));
+}
+
+TEST_F(ConfinedFolderTest, WithoutFreeDescriptorsIsExhausted) {
+  const ConfinedFolder out = Out();
+  WriteBytes(folder_ / "out/mesh.ply", "mesh");
+  fs::create_directory(folder_ / "out/0001");
+  rlimit before = {};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none = {0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const absl::Status child = out.Child("0001", IfMissing::kFail).status(),
+                     file = out.OpenFile("mesh.ply").status(), again = out.Again().status(),
+                     names = out.Names().status();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_TRUE(absl::IsResourceExhausted(child)) << child;
+  EXPECT_TRUE(absl::IsResourceExhausted(file)) << file;
+  EXPECT_TRUE(absl::IsResourceExhausted(again)) << again;
+  EXPECT_TRUE(absl::IsPermissionDenied(names)) << names;
+  EXPECT_THAT(std::string(names.message()), HasSubstr("out: cannot be listed ("));
+}
+
+TEST_F(ConfinedFolderTest, ASecondOneIsOfTheSameFolder) {
+  absl::StatusOr<ConfinedFolder> first = ConfinedFolder::Open(folder_ / "out");
+  ASSERT_TRUE(first.ok()) << first.status();
+  const auto second = first->Again();
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_NE(second->At("mesh.ply"), first->At("mesh.ply"));
+  first = absl::NotFoundError("closed");
+  ASSERT_TRUE(WriteFileAtomically(second->At("mesh.ply"), "mesh").ok());
+  EXPECT_EQ(*second->Read("mesh.ply"), "mesh");
+  EXPECT_EQ(second->Named("mesh.ply"), folder_ / "out/mesh.ply");
 }
 
 TEST(TemporaryNames, AreThoseOfWriteFileAtomically) {

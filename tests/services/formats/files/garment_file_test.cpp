@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "services/formats/files/garment_parts_file.h"
@@ -166,6 +169,44 @@ TEST_F(GarmentFile, AnotherMomentHasTheSameFaces) {
       *garment, 1000);
   EXPECT_THAT(std::string(other.status().message()),
               HasSubstr("c.obj: has other vertices or faces than shirt"));
+}
+
+TEST_F(GarmentFile, MomentsMayBePly) {
+  const auto garment = ReadGarmentMesh(Write("shirt.obj", kBlenderObj), 1000);
+  ASSERT_TRUE(garment.ok());
+  TriangleMesh moment = garment->rest;
+  for (Eigen::Vector3d& vertex : moment.vertices_mm) vertex = (vertex + Eigen::Vector3d(7, 0, 0)) / 1000;
+  ASSERT_TRUE(WriteMesh(folder_ / "b.ply", moment).ok());
+  const auto moved = ReadGarmentMoment(folder_ / "b.ply", *garment, 1000);
+  ASSERT_TRUE(moved.ok()) << moved.status();
+  ASSERT_EQ(moved->size(), garment->rest.vertices_mm.size());
+  for (size_t v = 0; v < moved->size(); ++v)
+    EXPECT_LT(((*moved)[v] - garment->rest.vertices_mm[v] - Eigen::Vector3d(7, 0, 0)).norm(), 1e-9);
+  std::swap(moment.faces[0][0], moment.faces[0][1]);
+  ASSERT_TRUE(WriteMesh(folder_ / "c.ply", moment).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(ReadGarmentMoment(folder_ / "c.ply", *garment, 1000).status()));
+  std::swap(moment.faces[0][0], moment.faces[0][1]);
+  moment.vertices_mm.emplace_back(0, 0, 0);
+  ASSERT_TRUE(WriteMesh(folder_ / "d.ply", moment).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(ReadGarmentMoment(folder_ / "d.ply", *garment, 1000).status()));
+}
+
+TEST_F(GarmentFile, TextureOfAPlyIsFinite) {
+  const auto garment = ReadGarmentMesh(Write("shirt.obj", kBlenderObj), 1000);
+  ASSERT_TRUE(garment.ok());
+  for (const bool is_corner : {false, true}) {
+    MeshTexture texture;
+    texture.of_vertex.assign(garment->rest.vertices_mm.size(), Eigen::Vector2f(0.5f, 0.5f));
+    if (is_corner) texture.of_corner.resize(garment->rest.faces.size());
+    for (auto& corners : texture.of_corner) corners.fill(Eigen::Vector2f(0.5f, 0.5f));
+    Eigen::Vector2f& place = is_corner ? texture.of_corner.back()[2] : texture.of_vertex.back();
+    ASSERT_TRUE(WriteMesh(folder_ / "shirt.ply", garment->rest, texture).ok());
+    EXPECT_TRUE(ReadGarmentMesh(folder_ / "shirt.ply").ok());
+    place.y() = std::numeric_limits<float>::infinity();
+    ASSERT_TRUE(WriteMesh(folder_ / "shirt.ply", garment->rest, texture).ok());
+    EXPECT_THAT(std::string(ReadGarmentMesh(folder_ / "shirt.ply").status().message()),
+                HasSubstr("shirt.ply: a texture coordinate is not finite; export the mesh again"));
+  }
 }
 
 }  // namespace

@@ -10,7 +10,9 @@
 #include <csignal>
 #include <filesystem>
 #include <functional>
+#include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -36,6 +38,11 @@ class HolderRecordTest : public ::testing::Test {
     ASSERT_EQ(utimensat(AT_FDCWD, path_.c_str(), times, 0), 0);
   }
   absl::Status Taken() const { return HolderRecord::Take(path_, "weft register").status(); }
+
+  static std::string HostName() {
+    const std::string host = HolderIdentity::OfThisProcess("").host;
+    return host.substr(0, host.find(' '));
+  }
 
   // A process that holds the file until it is killed.
   pid_t HolderBeside() const {
@@ -178,6 +185,48 @@ TEST_F(HolderRecordTest, OfADeadProcessGoesToOne) {
   }
 }
 
+// The file of a folder that has another name by then.
+TEST_F(HolderRecordTest, InAFolderFollowsTheFolderAndSpeaksOfItsName) {
+  fs::create_directory(folder_ / "state");
+  const auto folder = ConfinedFolder::Open(folder_ / "state");
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  auto record = HolderRecord::TakeIn(*folder, "holder", "weftd");
+  ASSERT_TRUE(record.ok()) << record.status();
+  EXPECT_TRUE(record->IsHeld());
+  fs::rename(folder_ / "state", folder_ / "moved");
+  EXPECT_TRUE(record->Refresh());
+  EXPECT_EQ(ParseHolder(ReadBytes(folder_ / "moved/holder"))->owner, "weftd");
+  const absl::Status second = HolderRecord::TakeIn(*folder, "holder", "weft register").status();
+  EXPECT_EQ(second.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(second.message(), absl::StrCat(folder_ / "state/holder", ": is held by weftd, process ", getpid(),
+                                           " on ", HostName(), "; wait until it has ended, or stop it"));
+  // Another one takes its place, and lets go of its file.
+  record = HolderRecord::TakeIn(*folder, "other", "weftd");
+  ASSERT_TRUE(record.ok()) << record.status();
+  EXPECT_FALSE(fs::exists(folder_ / "moved/holder"));
+  EXPECT_TRUE(fs::exists(folder_ / "moved/other"));
+  record = absl::NotFoundError("let go");
+  EXPECT_TRUE(fs::is_empty(folder_ / "moved"));
+}
+
+TEST_F(HolderRecordTest, AnAssignedOneHoldsWhatTheOtherHeld) {
+  auto first = HolderRecord::Take(path(), "weftd");
+  auto second = HolderRecord::Take(folder_ / "other.holder", "weftd");
+  ASSERT_TRUE(first.ok() && second.ok());
+  *first = *std::move(second);
+  second = absl::NotFoundError("let go");
+  EXPECT_TRUE(first->IsHeld());
+  EXPECT_TRUE(fs::exists(folder_ / "other.holder"));
+  EXPECT_FALSE(fs::exists(path()));
+}
+
+TEST_F(HolderRecordTest, SaysWhyTheFileCannotBeMade) {
+  const absl::Status status = HolderRecord::Take(folder_ / "none/state.holder", "weftd").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("none/state.holder"));
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
 TEST(HolderIdentity, IsReadAsItIsWritten) {
   HolderIdentity holder = HolderIdentity::OfThisProcess("weft register\nowner nobody");
   const absl::StatusOr<HolderIdentity> read = ParseHolder(TextOf(holder));
@@ -187,6 +236,20 @@ TEST(HolderIdentity, IsReadAsItIsWritten) {
   EXPECT_EQ(read->owner, "weft register?owner nobody");
   for (const char* other : {"", "\n", "weft-holder 1\n", "weft-holder 2\nhost a"})
     EXPECT_FALSE(ParseHolder(other).ok()) << other;
+  const std::string text = "weft-holder 1\nhost h 1\nboot b\nnamespace n\npid 12\nstarted 34\nowner o\n";
+  ASSERT_TRUE(ParseHolder(text).ok());
+  EXPECT_EQ(TextOf(*ParseHolder(text)), text);
+  for (const char* key : {"host ", "boot ", "namespace ", "pid ", "started ", "owner "}) {
+    std::string damaged = text;
+    damaged[damaged.find(key)] = '-';
+    EXPECT_TRUE(absl::IsInvalidArgument(ParseHolder(damaged).status())) << damaged;
+  }
+  for (const auto& [number, wrong] :
+       {std::pair{"pid 12", "pid x"}, std::pair{"pid 12", "pid 0"}, std::pair{"started 34", "started x"}}) {
+    std::string damaged = text;
+    damaged.replace(damaged.find(number), std::string(number).size(), wrong);
+    EXPECT_FALSE(ParseHolder(damaged).ok()) << damaged;
+  }
 }
 
 }  // namespace

@@ -59,6 +59,34 @@ TEST(ReadMesh, NamesTheVertexOrFaceThatIsWrong) {
       HasSubstr("no property z"));
 }
 
+TEST(ReadMesh, WantsFacesThatAreLists) {
+  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                      "property float z\nelement face 1\nproperty int vertex_index\nend_header\n0 0 0\n0\n"),
+              HasSubstr("element face has no list property vertex_indices"));
+  EXPECT_THAT(ErrorOf(MeshText(kTriangle, "2 0 1\n")), HasSubstr("face 0 has 2 corners"));
+}
+
+// States are 0 to 4, whole ones; views up to a million.
+TEST(RegisteredMesh, RefusesStatesAndViewsThatNoMeshHas) {
+  const auto read = [](const std::string& state, const std::string& views) {
+    const std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float state\nproperty float sigma_mm\nproperty double views\nend_header\n0 0 0 " +
+        state + " 0.5 " + views + "\n";
+    const TempFolder folder;
+    WriteBytes(folder / "mesh.ply", text);
+    return ReadRegisteredMesh(folder / "mesh.ply");
+  };
+  for (const char* state : {"0", "4"}) EXPECT_TRUE(read(state, "0").ok()) << state;
+  EXPECT_EQ(read("4", "1000000")->views[0], 1000000);
+  for (const char* state : {"-1", "5", "1.5"})
+    EXPECT_THAT(std::string(read(state, "0").status().message()),
+                HasSubstr("row 0, property state: is " + std::string(state) + ", expected 0 to 4"));
+  for (const char* views : {"-1", "1000001"})
+    EXPECT_THAT(std::string(read("1", views).status().message()),
+                AllOf(HasSubstr("row 0, property views: "), HasSubstr(" is no count")));
+}
+
 TEST(WriteMesh, KeepsEveryDigit) {
   const TriangleMesh mesh{{{0.1, 1.0 / 3, 1e-17}, {1e5 + 0.1, 0, 0}, {0, -2.5, 7}}, {{0, 1, 2}}};
   const TempFolder folder;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/formats/files/mesh_file.h"
+#include "tests/capture/temp_folder.h"
+
 namespace weft {
 namespace {
 
@@ -59,6 +62,31 @@ TEST(ParseObj, NamesTheLineWithoutNumbers) {
   EXPECT_THAT(ParseObj("v 0 0 0\nv 1 0\n", "a.obj").status().message(),
               HasSubstr("a.obj:2: v needs 3 finite numbers"));
   EXPECT_THAT(ParseObj("v 0 0 inf\n", "a.obj").status().message(), HasSubstr("it has \"inf\""));
+}
+
+TEST(ParseObj, SaysThatATextIsNoObj) {
+  // Indices begin at 1.
+  EXPECT_THAT(std::string(ParseObj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "a.obj").status().message()),
+              HasSubstr("a.obj: is no OBJ that can be read: "));
+  EXPECT_THAT(std::string(ParseObj("v 0 0 0\nvt x\n", "a.obj").status().message()),
+              HasSubstr("a.obj:2: vt needs up to 2 finite numbers, it has \"x\""));
+  EXPECT_THAT(std::string(ParseObj("v 0 0 0\nvt\n", "a.obj").status().message()),
+              HasSubstr("it has \"too few\""));
+}
+
+TEST(ReadForeignMesh, ReadsObjAndPlyByTheirEnding) {
+  const TempFolder folder;
+  const TriangleMesh triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  WriteBytes(folder / "a.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  ASSERT_TRUE(WriteMesh(folder / "a.ply", triangle).ok());
+  for (const char* name : {"a.OBJ", "a.ply"}) {
+    const auto mesh = ReadForeignMesh(folder / name);
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    EXPECT_EQ(mesh->vertices_mm, triangle.vertices_mm);
+    EXPECT_EQ(mesh->faces, triangle.faces);
+  }
+  EXPECT_TRUE(absl::IsNotFound(ReadForeignMesh(folder / "none.obj").status()));
+  EXPECT_TRUE(absl::IsNotFound(ReadForeignMesh(folder / "none.ply").status()));
 }
 
 }  // namespace

@@ -108,5 +108,34 @@ TEST(RigFile, ARigFromElsewhereKnowsNothingOfItsCalibration) {
   EXPECT_EQ(ReadCalibrationRecord(folder / "none.json").status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST(RigFile, SigmasOfEachCameraAreWhole) {
+  const TempFolder folder;
+  const Rig rig = *ParseRig(kRig, "rig.json");
+  const CalibrationRecord record = RecordOfOneCamera();
+  ASSERT_TRUE(WriteRig(folder / "rig.json", rig, "by hand", &record).ok());
+  const std::string json = ReadBytes(folder / "rig.json");
+  EXPECT_THAT(json, HasSubstr("\"provenance\": \"by hand\""));
+  const auto back = ReadCalibrationRecord(folder / "rig.json");
+  ASSERT_TRUE(back.ok() && back->has_value());
+  EXPECT_EQ((*back)->cameras[0].rms_px, 0.25);
+  EXPECT_EQ((*back)->cameras[0].projection_sigma_px, 0.5);
+  // The last number of each list of sigmas is gone.
+  for (const char* name : {"\"distortion\"", "\"rotation_deg\"", "\"center_mm\""}) {
+    const size_t at = json.find(name, json.find("\"sigmas\"")), end = json.find(']', at);
+    ASSERT_NE(at, std::string::npos) << json;
+    std::string cut = json;
+    WriteBytes(folder / "cut.json", cut.erase(json.rfind(',', end), end - json.rfind(',', end)));
+    const absl::Status status = ReadCalibrationRecord(folder / "cut.json").status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << name;
+    EXPECT_THAT(std::string(status.message()),
+                HasSubstr("cut.json: camera a: sigmas needs 5 numbers of distortion, 3 of rotation_deg"));
+  }
+}
+
+TEST(RigFile, CamerasOfARigAreChecked) {
+  EXPECT_THAT(RigError("\"fx_px\": 120.5", "\"fx_px\": -120.5"), HasSubstr("studio/rig.json: "));
+  EXPECT_THAT(RigError("{\"cameras\"", "solid\n{\"cameras\""), HasSubstr("is no JSON; `weft rig import`"));
+}
+
 }  // namespace
 }  // namespace weft

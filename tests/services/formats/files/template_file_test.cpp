@@ -1,6 +1,7 @@
 #include "services/formats/files/template_file.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -8,6 +9,7 @@
 
 #include "services/formats/files/garment_parts_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/formats/files/parts_message.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -134,6 +136,113 @@ TEST_F(TemplateFile, PartsThatDoNotFitTheMeshAreRefused) {
   parts.seams.clear(), parts.panel_faces = 3;
   ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "").ok());
   EXPECT_THAT(ReadGarmentParts(folder_ / "shirt").status().message(), HasSubstr("panel_faces is 3"));
+}
+
+// All of template.json, but for the hash.
+TEST_F(TemplateFile, EveryNumberOfThePartsIsWritten) {
+  GarmentParts parts;
+  parts.cell_mm = 2.5;
+  parts.panels = {{1, 2, 3, 4, 5, 6, 7, 1}};
+  parts.seams = {{{0}, {1}, 0, 0, 2.5, 3.5, 4.5, false, {2}}};
+  parts.openings = {{{0, 1, 2}, 10.5, {0}}};
+  parts.expected_openings = 0;
+  parts.panel_faces = 1;
+  parts.board_rows = 6, parts.board_cols = 5;
+  parts.any_scale = true;
+  v1::Template proto;
+  AddParts(parts, proto);
+  v1::Template expected;
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      R"(cell_mm: 2.5 expected_openings: 0 panel_faces: 1 texture_side_mm: 0 board_rows: 6 board_cols: 5
+         any_scale: true
+         panels { cells: 1 first_row: 2 last_row: 3 first_col: 4 last_col: 5 texture_row: 6 texture_col: 7
+                  quarter_turns: 1 }
+         seams { panel_a: 0 panel_b: 0 length_mm: 2.5 gap_mm: 3.5 max_gap_mm: 4.5 side_a: 0 side_b: 1
+                 middle: 2 }
+         openings { length_mm: 10.5 panels: 0 vertices: [0, 1, 2] })",
+      &expected));
+  EXPECT_EQ(proto.DebugString(), expected.DebugString());
+  parts.seams.clear(), parts.texture_side_mm = 0;
+  ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "by hand").ok());
+  const auto back = ReadGarmentParts(folder_ / "shirt");
+  ASSERT_TRUE(back.ok()) << back.status();
+  v1::Template again;
+  AddParts(*back, again);
+  expected.clear_seams();
+  EXPECT_EQ(again.DebugString(), expected.DebugString());
+  EXPECT_THAT(ReadBytes(folder_ / "shirt/template.json"), HasSubstr("\"provenance\": \"by hand\""));
+}
+
+TEST_F(TemplateFile, GarmentsOfAJointTemplateComeBack) {
+  Template two = garment_;
+  two.rest.faces = {{0, 2, 1}};
+  two.rest.vertices_mm.resize(3), two.node_of_vertex.resize(3);
+  const size_t vertices = 3;
+  for (size_t v = 0; v < vertices; ++v) {
+    two.rest.vertices_mm.push_back(two.rest.vertices_mm[v] + Eigen::Vector3d(8.1, 0, 0));
+    two.node_of_vertex.push_back(two.node_of_vertex[v]);
+    two.node_of_vertex.back().col += 3;
+  }
+  two.rest.faces.push_back({3, 5, 4});
+  two.garments = {{"left", 0, 3, 0, 1}, {"right", 3, 3, 1, 1}};
+  ASSERT_TRUE(WriteTemplate(folder_ / "two", two).ok());
+  const auto back = ReadTemplate(folder_ / "two");
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->garments.size(), 2u);
+  EXPECT_EQ(back->garments[0].id, "left");
+  EXPECT_EQ(back->garments[1].id, "right");
+  EXPECT_EQ(back->garments[1].first_vertex, 3);
+  EXPECT_EQ(back->garments[1].vertices, 3);
+  EXPECT_EQ(back->garments[1].first_face, 1);
+  EXPECT_EQ(back->garments[1].faces, 1);
+  two.garments[1].vertices = 4;
+  ASSERT_TRUE(WriteTemplate(folder_ / "two", two).ok());
+  const absl::Status status = ReadTemplate(folder_ / "two").status();
+  EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("two/template.json: "));
+}
+
+// A sheet of 5 x 5 cells whose edges are `scale` times as long as on the print.
+Template SheetOf(const Board& board, double scale) {
+  Template sheet;
+  sheet.id = "sheet";
+  sheet.board_hash = board.ContentHash();
+  for (int row = 0; row < 5; ++row)
+    for (int col = 0; col < 5; ++col) {
+      sheet.rest.vertices_mm.emplace_back(2.7 * scale * col, 2.7 * scale * row, 0);
+      sheet.node_of_vertex.push_back({row, col});
+      if (row == 4 || col == 4) continue;
+      const int at = 5 * row + col;
+      sheet.rest.faces.push_back({at, at + 5, at + 1});
+      sheet.rest.faces.push_back({at + 1, at + 5, at + 6});
+    }
+  return sheet;
+}
+
+TEST_F(TemplateFile, OnABoardItsSizeIsCompared) {
+  std::vector<std::string> notes;
+  const auto read = [&](double scale, bool any_scale, const Board& board) {
+    notes.clear();
+    GarmentParts parts;
+    parts.any_scale = any_scale;
+    EXPECT_TRUE(WriteTemplateWithParts(folder_ / "sheet", SheetOf(board_, scale), parts, "").ok());
+    return ReadTemplateFor(board, folder_ / "sheet", &notes);
+  };
+  auto sheet = read(1, false, board_);
+  ASSERT_TRUE(sheet.ok()) << sheet.status();
+  EXPECT_EQ(sheet->id, "sheet");
+  EXPECT_THAT(notes, ::testing::IsEmpty());
+  sheet = read(1.03, false, board_);
+  ASSERT_TRUE(sheet.ok()) << sheet.status();
+  ASSERT_FALSE(notes.empty());
+  EXPECT_THAT(notes[0], ::testing::StartsWith("template " + folder_ / "sheet" + std::string(": ")));
+  const absl::Status large = read(2, false, board_).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(large));
+  EXPECT_THAT(std::string(large.message()), ::testing::StartsWith(folder_ / "sheet" + std::string(": ")));
+  EXPECT_TRUE(read(2, true, board_).ok()) << "another size is meant";
+  EXPECT_THAT(std::string(read(1, false, *GenerateBoard(6, 6, 2.7, 2)).status().message()),
+              HasSubstr("was sewn from the board with hash"));
+  EXPECT_TRUE(absl::IsNotFound(ReadTemplateFor(board_, folder_ / "none", &notes).status()));
 }
 
 TEST_F(TemplateFile, UnknownFieldIsNamed) {

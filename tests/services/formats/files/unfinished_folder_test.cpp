@@ -110,5 +110,38 @@ TEST(UnfinishedFolder, HasOneWriter) {
   ASSERT_TRUE(first->Publish().ok());
 }
 
+// What is there already is the caller's to move away.
+TEST(UnfinishedFolder, BesideAPlaceThatIsThereIsMadeAllTheSame) {
+  const TempFolder temp;
+  WriteBytes(temp / "full/notes", "kept");
+  {
+    auto folder = UnfinishedFolder::BeginBeside(temp / "full/");
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    EXPECT_EQ(folder->path(), temp / "full.unfinished");
+    EXPECT_TRUE(absl::IsAlreadyExists(folder->Publish()));
+    std::filesystem::rename(temp / "full", temp / "moved");
+    WriteBytes(folder->path() + "/file", "bytes");
+    ASSERT_TRUE(folder->Publish().ok());
+  }
+  EXPECT_EQ(ReadBytes(temp / "full/file"), "bytes");
+  EXPECT_EQ(ReadBytes(temp / "moved/notes"), "kept");
+}
+
+TEST(UnfinishedFolder, MovesUpOverNothingThatCameMeanwhile) {
+  const TempFolder temp;
+  const fs::path before = fs::current_path();
+  fs::current_path(temp.path());
+  auto folder = UnfinishedFolder::Begin(".");
+  fs::current_path(before);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_EQ(folder->path(), (fs::canonical(temp.path()) / ".unfinished").string());
+  WriteBytes(folder->path() + "/file", "new");
+  WriteBytes(temp / "file", "kept");
+  const absl::Status status = folder->Publish();
+  EXPECT_TRUE(absl::IsAlreadyExists(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("/file: is there already; name another folder"));
+  EXPECT_EQ(ReadBytes(temp / "file"), "kept");
+}
+
 }  // namespace
 }  // namespace weft
