@@ -5,8 +5,8 @@
 
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "services/formats/verdict/verdict.h"
+#include "tests/services/formats/verdict/agreeing_cameras.h"
 
 namespace weft {
 namespace {
@@ -14,27 +14,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-// Cameras c00, c01, ... that agree.
-std::vector<CameraStanding> Agreeing(int count) {
-  std::vector<CameraStanding> cameras;
-  for (int c = 0; c < count; ++c)
-    cameras.push_back({.camera = absl::StrCat(c < 10 ? "c0" : "c", c),
-                       .compared = 1000,
-                       .agreeing = 998,
-                       .median_px = 0.2,
-                       .frames = 2,
-                       .scale = 1,
-                       .scale_sigma = 1e-4,
-                       .perspective_sigma = 0.004});
-  return cameras;
-}
-
-void SetApart(CameraStanding& camera, const std::string& fits = "", const std::string& turned = "") {
-  camera.agreeing = 20, camera.median_px = 214, camera.frames_apart = 2;
-  camera.fits_camera = fits, camera.fits_turned = turned, camera.fits_px = fits.empty() ? 0 : 0.2;
-  camera.scale = camera.scale_sigma = 0;
-}
 
 v1::Verdict AgreementOf(const std::vector<CameraStanding>& cameras) {
   v1::Verdict verdict;
@@ -252,6 +231,86 @@ TEST(CameraChecks, CamerasThatTheRigLacksCount) {
   v1::Verdict bad;
   AddKnownCheck(facts, bad);
   EXPECT_EQ(bad.grade(), v1::GRADE_BAD);
+}
+
+TEST(CameraChecks, ExchangesOfPartOfTheFramesAreTold) {
+  std::vector<CameraStanding> cameras = Agreeing(8);
+  SetApart(cameras[1], "c02");
+  SetApart(cameras[2], "c01");
+  SetApart(cameras[5], "c06");
+  SetApart(cameras[6], "c05");
+  for (const size_t c : {1, 2}) cameras[c].frames = 8, cameras[c].frames_apart = 4;
+  const CameraFault fault = FaultOf(cameras);
+  EXPECT_TRUE(fault.is_named);
+  EXPECT_THAT(fault.reason, HasSubstr("cameras c01 and c02 are exchanged in 4 of 8 frames: what each"));
+  EXPECT_EQ(fault.remedy,
+            "Register these frames apart (--frames), with the rig of `weft rig exchange RIG c01 c02 --out "
+            "FILE1`; Exchange the cables, or the cameras of the rig with `weft rig exchange FILE1 c05 c06 "
+            "--out FILE2`. Then register again.");
+  cameras = Agreeing(8);
+  SetApart(cameras[3], "c07");
+  cameras[3].fits_part = "lens";
+  EXPECT_EQ(FaultOf(cameras).reason, "camera c03 saw what fits the lens of c07");
+  EXPECT_EQ(FaultOf(cameras).remedy, "See which images are those of c03 and of c07. Then register again.");
+  cameras[3].fits_part = "camera";
+  EXPECT_EQ(FaultOf(cameras).reason, "camera c03 saw what fits the place of c07, where c07 stands");
+  cameras = Agreeing(8);
+  for (size_t c = 0; c < 8; ++c) SetApart(cameras[c]), cameras[c].median_px = 10.0 * static_cast<double>(c);
+  EXPECT_EQ(
+      FaultOf(cameras).reason,
+      "cameras c00, c01, c02, c03, c04, c05 and 2 more agree with no other: they see the cloth 70 px from "
+      "where the others see it");
+  // Four fifths of what is compared.
+  cameras = Agreeing(1);
+  cameras[0].agreeing = 800;
+  EXPECT_FALSE(IsApart(cameras[0]));
+  cameras[0].agreeing = 799;
+  EXPECT_TRUE(IsApart(cameras[0]));
+  cameras[0].compared = 50, cameras[0].agreeing = 0;
+  EXPECT_TRUE(IsApart(cameras[0]));
+  cameras[0].compared = 49;
+  EXPECT_FALSE(IsApart(cameras[0]));
+}
+
+TEST(CameraChecks, TheRigKnowsAllOrOneIsMissing) {
+  v1::Verdict none, all, one;
+  AddKnownCheck({}, none);
+  EXPECT_EQ(none.checks_size(), 0);
+  AddKnownCheck({.of_rig = 3}, all);
+  EXPECT_EQ(all.grade(), v1::GRADE_GOOD);
+  EXPECT_EQ(all.checks(0).value(), "100.0 %");
+  AddKnownCheck({.unknown = {"top"}, .of_rig = 3}, one);
+  EXPECT_EQ(one.reason(),
+            "1 of 4 cameras of the recording is not in the rig, their images were not used: top");
+}
+
+// By how much a lens is off where its camera is the only one: half a percent, and five sigmas.
+TEST(CameraChecks, ALensIsOffByHalfAPercentAndFiveSigmas) {
+  const auto is_told = [](double scale, double sigma) {
+    CameraFacts facts{.cameras = Agreeing(8)};
+    facts.cameras[2].scale = scale, facts.cameras[2].scale_sigma = sigma;
+    return ScaleOf(facts).grade() == v1::GRADE_USABLE;
+  };
+  EXPECT_FALSE(is_told(1.0049, 1e-4));
+  EXPECT_TRUE(is_told(1.0051, 1e-4));
+  EXPECT_TRUE(is_told(0.9949, 1e-4));
+  EXPECT_FALSE(is_told(1.01, 0.0021));
+  EXPECT_TRUE(is_told(1.01, 0.0019));
+  CameraFacts two{.cameras = Agreeing(8)};
+  two.cameras[2].scale = 1.02, two.cameras[5].scale = 0.97;
+  EXPECT_EQ(ScaleOf(two).reason(),
+            "camera c05 sees the cloth 3.0 % too small: its focal length (zoom) or its distance is off");
+  // Long lenses, of all.
+  CameraFacts all{.cameras = Agreeing(8)};
+  for (CameraStanding& camera : all.cameras) camera.perspective = 0.05;
+  EXPECT_EQ(ScaleOf(all).reason(),
+            "the lenses of the rig are not those of the recording: by the perspective of the cloth the focal "
+            "lengths are about 5 % too long");
+  // Three cameras tell, two do not.
+  all.cameras.resize(3);
+  EXPECT_EQ(ScaleOf(all).grade(), v1::GRADE_USABLE);
+  all.cameras.resize(2);
+  EXPECT_EQ(ScaleOf(all).checks_size(), 0);
 }
 
 }  // namespace
