@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "absl/strings/str_cat.h"
 
 namespace weft {
@@ -95,6 +99,33 @@ TEST(DamagedPictures, APacketThatIsGoneLeavesAHole) {
   EXPECT_THAT(DamagedBy(Groups(), {}, {6}), IsEmpty());
 }
 
+// Times of which less than nine tenths are those of packets say nothing of which packet is shown.
+TEST(DamagedPictures, TimesThatMatchNoPacketsTellNothing) {
+  DecodedPictures pictures;
+  for (int64_t pts = 0; pts < 20; ++pts) {
+    pictures.packets.push_back({pts, pts, true, false});
+    pictures.shown_pts.push_back(pts < 2 ? 100 + pts : pts);
+  }
+  EXPECT_TRUE(LacksPictures(pictures));
+  EXPECT_THAT(DamagedBy(pictures, {}), ElementsAre(0, 1));
+  pictures.shown_pts[2] = 102;
+  EXPECT_FALSE(LacksPictures(pictures));
+  EXPECT_THAT(DamagedBy(pictures, {}), IsEmpty());
+}
+
+TEST(DamagedPictures, AHoleIsLongerThanOneAndAHalfPeriods) {
+  for (const auto& [late, is_hole] : {std::pair{5, false}, std::pair{6, true}}) {
+    DecodedPictures pictures;
+    for (const int64_t pts : {0, 10, 20, 30, 40 + late, 50 + late, 60 + late}) {
+      pictures.packets.push_back({pts, pts, pts == 0, false});
+      pictures.shown_pts.push_back(pts);
+    }
+    const int64_t last = 60 + late;
+    const std::vector<int64_t> lost{40 + late, 50 + late, last};
+    EXPECT_EQ(DamagedBy(pictures, {}, {last}), is_hole ? lost : std::vector<int64_t>{}) << late;
+  }
+}
+
 TEST(DamagedPictures, FieldsAndPicturesThatAreSkippedAreNotMissing) {
   DecodedPictures fields;
   for (const int64_t pts : {0, 2, 4, 6}) {
@@ -154,6 +185,70 @@ TEST(ParseDecoderLog, WhatStandsBesideThePicturesIsNoDamage) {
   EXPECT_THAT(ParseDecoderLog(log, "h264", "mov,mp4").damaged_pts, IsEmpty());
   EXPECT_EQ(ParseDecoderLog(log, "h264", "mov,mp4").complaint, "");
   EXPECT_FALSE(IsWorthALook(log, "h264", "mov,mp4"));
+}
+
+// What each line alone makes of the packet before it.
+TEST(ParseDecoderLog, WeighsEveryLineByWhoSaysItAndHowGraveItIs) {
+  enum Kind { kNone, kDamaged, kDoubted, kCutOff };
+  for (const auto& [line, kind] : std::vector<std::pair<std::string, Kind>>{
+           {"[h264 @ 0x1] [error] no frame", kDamaged},
+           {"[h264 @ 0x1] [fatal] no frame", kDamaged},
+           {"[h264 @ 0x1] [panic] no frame", kDamaged},
+           {"[h264 @ 0x1] [warning] no frame", kNone},
+           {"[hevc @ 0x1] [error] no frame", kNone},
+           {"[h264 @ 0x1] [error] reference count exceeds max", kDoubted},
+           {"[h264 @ 0x1] [error] co located POCs unavailable", kDoubted},
+           {"[h264 @ 0x1] [error] VUI overread", kNone},
+           {"[error] Error while decoding stream #0:0", kDamaged},
+           {"[warning] Error while decoding stream #0:0", kNone},
+           {"[mov,mp4 @ 0x1] [error] stream 0, offset 0x30: partial file", kCutOff},
+           {"[mov,mp4 @ 0x1] [warning] stream 0, offset 0x30: partial file", kNone},
+           {"[mov,mp4 @ 0x1] [error] no edit list", kNone},
+           {"[matroska @ 0x1] [error] File ended prematurely", kNone},
+           {"[h264 @ 0x1 error no frame", kNone},
+           {"[h264 @ 0x1] no frame", kNone},
+           {"[h264 @ 0x1] [error no frame", kNone},
+           {"no frame", kNone}}) {
+    const DecoderLog told = ParseDecoderLog(PacketLog(7) + line + "\n", "h264", "mov,mp4");
+    EXPECT_EQ(told.damaged_pts.size(), kind == kDamaged ? 1u : 0u) << line;
+    EXPECT_EQ(told.doubted_pts.size(), kind == kDoubted ? 1u : 0u) << line;
+    EXPECT_EQ(told.complaint.empty(), kind != kDamaged) << line;
+    EXPECT_EQ(told.cut.empty(), kind != kCutOff) << line;
+    EXPECT_EQ(IsWorthALook(line, "h264", "mov,mp4"), kind != kNone) << line;
+    // Before the first packet there is nothing that it could be of.
+    const DecoderLog before = ParseDecoderLog(line + "\n" + PacketLog(7), "h264", "mov,mp4");
+    EXPECT_THAT(before.damaged_pts, IsEmpty()) << line;
+    EXPECT_EQ(before.complaint + before.cut, "") << line;
+  }
+}
+
+TEST(ParseDecoderLog, KeepsTheFirstComplaintOfEachKind) {
+  const DecoderLog told =
+      ParseDecoderLog(PacketLog(7) +
+                          "[h264 @ 0x1] [error] first\n[h264 @ 0x1] [error] second\n"
+                          "[mov @ 0x1] [error] Read error one\n[mov @ 0x1] [error] Read error two\n",
+                      "h264", "mov");
+  EXPECT_EQ(told.complaint, "first");
+  EXPECT_EQ(told.cut, "Read error one");
+  // Without words of the decoder the pictures that it marks are damaged all the same.
+  const DecoderLog marked = ParseDecoderLog(
+      PacketLog(7) + "[warning] a.mp4: corrupt decoded frame in stream 0\n" + FrameLog(5) + FrameLog(6),
+      "h264", "mov");
+  EXPECT_THAT(marked.damaged_pts, ElementsAre(5));
+  EXPECT_EQ(marked.complaint, "a picture is not whole");
+}
+
+TEST(ParseDecoderLog, KnowsAPacketByWhenItIsDecodedWhereItDoesNotSayMore) {
+  const std::string complaint = "[h264 @ 0x1] [error] no frame\n";
+  const auto damaged = [&](const std::string& packet) {
+    return ParseDecoderLog("[info] " + packet + "\n" + complaint, "h264", "mov").damaged_pts;
+  };
+  EXPECT_THAT(damaged("demuxer+ffmpeg -> ist_index:1 type:video pkt_pts:NOPTS pkt_dts:31 x"),
+              ElementsAre(31));
+  EXPECT_THAT(damaged("demuxer+ffmpeg -> ist_index:1 type:video pkt_pts:29 pkt_dts:31 x"), ElementsAre(29));
+  EXPECT_THAT(damaged("demuxer+ffmpeg -> ist_index:1 type:video pkt_pts:NOPTS pkt_dts:NOPTS x"), IsEmpty());
+  EXPECT_THAT(damaged("demuxer+ffmpeg -> ist_index:1 type:audio pkt_pts:29 pkt_dts:31 x"), IsEmpty());
+  EXPECT_THAT(damaged("muxer <- type:video pkt_pts:29 pkt_dts:31 x"), IsEmpty());
 }
 
 TEST(ParseDecoderLog, AFileThatWasCutIsNoDamagedPicture) {

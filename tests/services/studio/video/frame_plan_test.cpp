@@ -51,6 +51,33 @@ TEST(PlanFrames, KeepsAVariableRate) {
   EXPECT_THAT(plan.frames[1], ElementsAre(0, 1, -1, 2, 3, -1));
 }
 
+TEST(PlanFrames, OfCamerasThatAreAsSlowTheLongestLeads) {
+  EXPECT_EQ(PlanFrames({Even(0, 0.04, 3), Even(0, 0.04, 5), Even(0, 0.04, 5)}).reference, 1u);
+  // A percent is no difference.
+  EXPECT_EQ(PlanFrames({Even(0, 0.04, 5), Even(0, 0.0403, 4)}).reference, 0u);
+  EXPECT_EQ(PlanFrames({Even(0, 0.0403, 4), Even(0, 0.04, 5)}).reference, 1u);
+  EXPECT_EQ(PlanFrames({Even(0, 0.04, 5), Even(0, 0.041, 4)}).reference, 1u);
+  EXPECT_EQ(PlanFrames({Even(0, 0.041, 4), Even(0, 0.04, 5)}).reference, 0u);
+}
+
+TEST(PlanFrames, AFrameHalfwayGoesToTheEarlierSet) {
+  const FramePlan plan = PlanFrames({Even(0, 0.04, 4), Even(0.02, 0.04, 3)});
+  EXPECT_EQ(plan.set_times_s.size(), 4u);
+  EXPECT_THAT(plan.frames[1], ElementsAre(0, 1, 2, -1));
+  EXPECT_THAT(plan.left_out, ElementsAre(0, 0));
+}
+
+TEST(PlanFrames, OfTwoFramesTheNearerOneIsTaken) {
+  // Set 1 at 40 ms: those at 30 and at 45 ms are both its own.
+  const FramePlan plan = PlanFrames({Even(0, 0.04, 3), {0.015, 0.03, 0.045, 0.06}});
+  EXPECT_EQ(plan.reference, 0u);
+  EXPECT_THAT(plan.frames[1], ElementsAre(0, 2, -1));
+  EXPECT_THAT(plan.left_out, ElementsAre(0, 2));
+  const FramePlan later = PlanFrames({Even(0, 0.04, 3), {0.001, 0.036, 0.047, 0.08}});
+  EXPECT_THAT(later.frames[1], ElementsAre(0, 1, 3));
+  EXPECT_THAT(later.left_out, ElementsAre(0, 1));
+}
+
 TEST(PlanFrames, TakesWhateverThereIs) {
   EXPECT_TRUE(PlanFrames({}).set_times_s.empty());
   const FramePlan single = PlanFrames({{0.3}, {7.3}});

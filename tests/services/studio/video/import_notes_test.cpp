@@ -132,6 +132,38 @@ TEST(ImportNotes, TimesOfFilesAreRightToASecondAlone) {
               ElementsAre(HasSubstr("right to a second alone; motion or timecode tell more")));
 }
 
+// 29.97 frames a second whose labels leave no number out are slower than a clock, as 24, 25 and drop frames
+// are not.
+TEST(ImportNotes, TimecodesOfTwoSpeedsAreTold) {
+  TwoFilms films;
+  const auto label = [&](int camera, const std::string& timecode, double fps) {
+    v1::VideoFacts& video = films.videos[static_cast<size_t>(camera)];
+    video.set_timecode(timecode);
+    video.set_timecode_fps(fps);
+    video.set_is_timecode_fps_sure(true);
+    films.take.mutable_cameras(camera)->mutable_sync()->set_found_by("timecode");
+  };
+  constexpr double kSlow = 30000.0 / 1001;
+  const auto told = ElementsAre(HasSubstr("its timecode and that of left count at different speeds"));
+  label(0, "10:00:00:00", 30);
+  label(1, "10:00:00:00", kSlow);
+  EXPECT_THAT(films.Warnings(), told);
+  label(0, "10:00:00;00", kSlow);
+  EXPECT_THAT(films.Warnings(), told);
+  label(1, "10:00:00;00", kSlow);
+  EXPECT_THAT(films.Warnings(), IsEmpty());
+  label(0, "10:00:00:00", kSlow);
+  label(1, "10:00:00:00", kSlow);
+  EXPECT_THAT(films.Warnings(), IsEmpty());
+  label(1, "10:00:00:00", 25);
+  EXPECT_THAT(films.Warnings(), told);
+  films.take.mutable_cameras(0)->mutable_sync()->set_found_by("given");
+  EXPECT_THAT(films.Warnings(), IsEmpty()) << "there is no other timecode";
+  label(0, "10:00:00:00", kSlow);
+  films.take.mutable_cameras(1)->mutable_sync()->set_found_by("given");
+  EXPECT_THAT(films.Warnings(), IsEmpty()) << "its own is not used";
+}
+
 TEST(ImportNotes, AWarningNamesTheFileOfItsCamera) {
   const TwoFilms films;
   EXPECT_EQ(WarningOf({"right", "it is short", true}, films.videos), "right (/films/r.mp4): it is short");

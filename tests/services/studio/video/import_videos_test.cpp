@@ -1,14 +1,22 @@
 #include "services/studio/video/import_videos.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 
+#include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
+#include "base/mutex.h"
 #include "capture/take/check_take.h"
 #include "capture/take/recorded_take.h"
+#include "services/formats/files/json_file.h"
 #include "services/formats/files/rig_file.h"
+#include "services/ground/process/unique_fd.h"
 #include "services/studio/recording/take_file.h"
 #include "tests/services/studio/video/made_video.h"
 
@@ -170,6 +178,7 @@ TEST(ImportVideos, ComparesWithTheRig) {
   const auto result = ImportVideos(options, temp / "take");
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_THAT(result->warnings, Contains(HasSubstr("top")));
+  EXPECT_EQ(result->take.rig_hash(), ReadRig(options.rig)->ContentHash());
 }
 
 TEST(ImportVideos, GoesOnWhereItWasStopped) {
@@ -196,11 +205,191 @@ TEST(ImportVideos, GoesOnWhereItWasStopped) {
   EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
 }
 
+// All that take.json says, but for its id, its version and its times.
+TEST(ImportVideos, TheTakeSaysWhatItWasMadeOf) {
+  const TempFolder temp;
+  VideoImportOptions options = TwoClips(temp);
+  options.said.set_slate("12A");
+  options.said.set_name("walk");
+  options.said.set_notes("wet");
+  options.given_s = {{"right", 36001.08}};  // as timecode counts, whose 10:00:00:23 is the other one's
+  options.mosaic = PixelFormat::kBayerRg8;
+  std::vector<std::string> stages;
+  const int64_t before_ns = HostTime_ns();
+  Mutex mutex;
+  const auto result =
+      ImportVideos(options, temp / "take/", [&](const char* stage, uint64_t done, uint64_t total) {
+        const MutexLock lock(mutex);
+        if (std::string(stage) == "import") stages.push_back(absl::StrCat(done, " of ", total));
+        return true;
+      });
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(stages.size(), 22u);
+  EXPECT_THAT(stages, Contains("22 of 22"));
+  v1::Take take = *ReadTakeFile(temp / "take");
+  EXPECT_GE(take.ended_host_time_ns(), before_ns);
+  take.clear_id(), take.clear_weft_version();
+  take.clear_started_host_time_ns(), take.clear_ended_host_time_ns();
+  for (v1::TakeCamera& camera : *take.mutable_cameras()) {  // in microseconds
+    camera.mutable_sync()->set_offset_s(std::round(1e6 * camera.sync().offset_s()));
+    camera.mutable_sync()->set_offset_sigma_s(std::round(1e6 * camera.sync().offset_sigma_s()));
+  }
+  v1::Take expected;
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      R"(state: TAKE_STATE_COMPLETE origin: "videos left.mkv, right.mkv"
+         cameras { id: "left" source: "video:left.mkv" width_px: 32 height_px: 16 pixel_format: "BayerRG8"
+                   unsynchronized: true
+                   sync { offset_sigma_s: 11547 found_by: "timecode" timecode: "10:00:00:23" period_ms: 40
+                          frames: 8 } }
+         cameras { id: "right" source: "video:right.mkv" width_px: 32 height_px: 16 pixel_format: "BayerRG8"
+                   unsynchronized: true
+                   sync { offset_s: 160000 found_by: "given" timecode: "10:00:01:01" period_ms: 40 frames: 7 } }
+         sets_recorded: 11 frames_missing: 7 sync: "videos, offsets by given and timecode"
+         slate: "12A" name: "walk" notes: "wet" timecode: "10:00:00:23" timecode_fps: 25)",
+      &expected));
+  EXPECT_EQ(take.DebugString(), expected.DebugString());
+}
+
+TEST(ImportVideos, TheFirstVideoWithTimecodeLabelsTheFirstSet) {
+  const TempFolder temp;
+  VideoImportOptions options = TwoClips(temp);
+  MakeVideo(temp / "left.mkv", Values(10, 8), "25");
+  options.given_s = {{"left", -0.12}, {"right", 0}};
+  const auto result = ImportVideos(options, temp / "take");
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->take.timecode(), "10:00:00:23");  // three frames before the right one's
+  EXPECT_EQ(result->take.timecode_fps(), 25);
+}
+
+TEST(ImportVideos, OneVideoNeedsNoTimecode) {
+  const TempFolder temp;
+  MakeVideo(temp / "left.mkv", Values(10, 4), "25");
+  VideoImportOptions options;
+  options.videos = {{"left", temp / "left.mkv"}};
+  const auto result = ImportVideos(options, temp / "take");
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->take.sync(), "videos, offsets by together");
+  EXPECT_EQ(result->take.sets_recorded(), 4u);
+  EXPECT_EQ(result->take.timecode(), "");
+  // A folder without content is as good as none.
+  fs::create_directory(temp / "empty");
+  EXPECT_TRUE(ImportVideos(options, temp / "empty").ok());
+}
+
+TEST(ImportVideos, MotionNeedsARigAndABoard) {
+  const TempFolder temp;
+  VideoImportOptions options = TwoClips(temp);
+  options.sync = SyncWay::kMotion;
+  EXPECT_EQ(Why(options, temp / "take"),
+            "offsets from motion need a rig and a board: --rig RIG --board BOARD");
+  options.sync = SyncWay::kFileTimes;
+  EXPECT_THAT(Why(options, temp / "take"), HasSubstr("left.mkv: does not say when it was filmed"));
+}
+
+TEST(ImportVideos, TwoImportsDoNotWriteToOneFolder) {
+  const TempFolder temp;
+  const VideoImportOptions options = TwoClips(temp);
+  fs::create_directories(temp / "take.unfinished");
+  const UniqueFd held(open((temp / "take.unfinished").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(flock(held.get(), LOCK_EX | LOCK_NB), 0);
+  const absl::Status status = ImportVideos(options, temp / "take").status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status));
+  EXPECT_EQ(status.message(), temp / "take.unfinished" + std::string(": another import writes there"));
+}
+
+// What an import that was stopped has looked at, and offsets that other options would change.
+TEST(ImportVideos, LooksAgainAtFilesAndOptionsThatWereChanged) {
+  const TempFolder temp;
+  VideoImportOptions options = TwoClips(temp);
+  const std::string state_file = temp / "take.unfinished/import.json";
+  const auto looks = [&] {
+    Mutex mutex;
+    bool has_looked = false;
+    const auto stopped = ImportVideos(options, temp / "take", [&](const char* stage, uint64_t, uint64_t) {
+      const MutexLock lock(mutex);
+      has_looked = has_looked || std::string(stage) == "look";
+      return std::string(stage) != "import";
+    });
+    EXPECT_TRUE(absl::IsCancelled(stopped.status())) << stopped.status();
+    return has_looked;
+  };
+  const auto state = [&] {
+    v1::VideoImport read;
+    EXPECT_TRUE(ReadJsonFile(state_file, read).ok());
+    return read;
+  };
+  looks();
+  const v1::VideoImport first = state();
+  EXPECT_EQ(first.version(), 3);
+  ASSERT_EQ(first.videos_size(), 2);
+  EXPECT_EQ(first.videos(1).camera(), "right");
+  EXPECT_NEAR(first.take().cameras(1).sync().offset_s(), 0.12, 1e-9);
+  looks();
+  EXPECT_EQ(state().DebugString(), first.DebugString());
+  options.given_s = {{"right", 36001.12}};
+  looks();
+  EXPECT_NEAR(state().take().cameras(1).sync().offset_s(), 0.2, 1e-6);
+  EXPECT_NE(state().take().id(), first.take().id());
+  // Each option makes another take: its key says so.
+  std::set<std::string> keys = {first.key(), state().key()};
+  const auto differs = [&](const char* what) {
+    looks();
+    EXPECT_TRUE(keys.insert(state().key()).second) << what;
+  };
+  options.max_offset_s = 1;
+  differs("max_offset_s");
+  options.stream.compress = true;
+  differs("compress");
+  options.mosaic = PixelFormat::kBayerRg8;
+  differs("mosaic");
+  options.ltc = {{"top", "c.wav"}};
+  options.sync = SyncWay::kTimecode;
+  differs("ltc");
+  options.board = "board";
+  differs("board");
+  // Facts of another version are not believed, nor those of a file that is another one now.
+  v1::VideoImport old = state();
+  old.mutable_videos(0)->set_width_px(77);
+  ASSERT_TRUE(WriteJsonFile(state_file, old).ok());
+  looks();
+  EXPECT_EQ(state().videos(0).width_px(), 77);
+  old.set_version(2);
+  ASSERT_TRUE(WriteJsonFile(state_file, old).ok());
+  looks();
+  EXPECT_EQ(state().videos(0).width_px(), 32);
+  for (const bool is_size : {false, true}) {
+    old.set_version(3);
+    old.mutable_videos(0)->set_bytes(first.videos(0).bytes() + (is_size ? 1 : 0));
+    old.mutable_videos(0)->set_modified_unix_ns(first.videos(0).modified_unix_ns() + (is_size ? 0 : 1));
+    ASSERT_TRUE(WriteJsonFile(state_file, old).ok());
+    looks();
+    EXPECT_EQ(state().videos(0).width_px(), 32);
+  }
+}
+
+TEST(ImportVideos, ARecordingThatGoesOnInAnotherFileIsToldOf) {
+  const TempFolder temp;
+  VideoImportOptions options;
+  options.videos = {{"left", temp / "GX010042.MP4"}};
+  MakeVideo(temp / "GX010042.MP4", Values(10, 3), "25", "-c:v libx264");
+  WriteBytes(temp / "GX020042.MP4", "");
+  const auto result = ImportVideos(options, temp / "take");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const std::string path = fs::canonical(temp / "GX010042.MP4").string();
+  EXPECT_THAT(
+      result->warnings,
+      ElementsAre(HasSubstr("left (" + path + "): its recording goes on in GX020042.MP4, which is not")));
+  options.videos.push_back({"right", temp / "GX020042.MP4"});
+  EXPECT_THAT(Why(options, temp / "other"), HasSubstr("is a chapter of the same recording as"));
+}
+
 TEST(ImportVideos, NamesTwoVideosOfOneCamera) {
   const TempFolder temp;
   VideoImportOptions options = TwoClips(temp);
   options.videos[1].camera = "left";
-  EXPECT_THAT(Why(options, temp / "take"), HasSubstr("camera left: two videos, "));
+  EXPECT_EQ(Why(options, temp / "take"), "camera left: two videos, " + options.videos[0].path + " and " +
+                                             options.videos[1].path +
+                                             "; one per camera, named by --camera NAME=FILE");
   options.videos[1].camera = "../left";
   EXPECT_THAT(Why(options, temp / "take"), HasSubstr("cannot be the name of a stream"));
   options.videos.clear();

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <ltc.h>
 
+#include <filesystem>
 #include <memory>
 #include <random>
 
 #include "services/studio/video/import_videos.h"
+#include "services/studio/video/video_facts.h"
 #include "tests/services/studio/video/made_video.h"
 
 namespace weft {
@@ -87,6 +89,40 @@ void MakeFilm(const TempFolder& temp, const std::string& name, int first, int fr
   WriteSound(sound, Sound(timecode, 25, 60, silence));
   Shell("ffmpeg -v error -i '" + picture + "' -f s16le -ar 48000 -ac 1 -i '" + sound +
         "' -map 0 -map 1 -c:v copy -c:a flac '" + (temp / (name + ".mkv")) + "'");
+}
+
+// A tone in the first stream; in the second one silence on the left, timecode on the right.
+TEST(OffsetsByLtc, ListensToEveryChannelOfEveryStream) {
+  const TempFolder temp;
+  MakeVideo(temp / "a-picture.mkv", Values(10, 50), "25");
+  WriteSound(temp / "a.raw", Sound("10:00:00:00", 25, 60, 5760));
+  Shell("ffmpeg -v error -i '" + (temp / "a-picture.mkv") +
+        "' -f lavfi -i sine=duration=2 -f lavfi -i anullsrc=cl=mono:r=48000:d=2.5 -f s16le -ar 48000 -ac 1 "
+        "-i '" +
+        (temp / "a.raw") +
+        "' -filter_complex '[2:a][3:a]amerge=inputs=2[a]' -map 0 -map 1:a -map '[a]' -c:v copy -c:a flac '" +
+        (temp / "a.mkv") + "'");
+  auto facts = LookAtVideo(std::filesystem::canonical(temp / "a.mkv").string());
+  ASSERT_TRUE(facts.ok()) << facts.status();
+  EXPECT_THAT(facts->audio_channels(), ::testing::ElementsAre(1, 2));
+  facts->set_camera("a");
+  std::vector<v1::VideoFacts> videos = {*facts};
+  auto syncs = OffsetsByLtc({}, videos);
+  ASSERT_TRUE(syncs.ok()) << syncs.status();
+  ASSERT_EQ(syncs->size(), 1u);
+  EXPECT_NEAR((*syncs)[0].offset_s(), 36000 - 0.12, 0.001);
+  EXPECT_GE((*syncs)[0].offset_sigma_s(), 1e-4);
+  EXPECT_EQ((*syncs)[0].found_by(), "ltc");
+  EXPECT_EQ(videos[0].timecode(), "09:59:59:22");  // three frames before
+  EXPECT_EQ(videos[0].timecode_fps(), 25);
+  EXPECT_TRUE(videos[0].is_timecode_fps_sure());
+  EXPECT_NEAR(videos[0].timecode_at_s(), 0, 1e-9);
+  // Where the sound begins later than the pictures, so does what is heard.
+  videos = {*facts};
+  videos[0].set_audio_start_s(1, 0.5);
+  syncs = OffsetsByLtc({}, videos);
+  ASSERT_TRUE(syncs.ok()) << syncs.status();
+  EXPECT_NEAR((*syncs)[0].offset_s(), 36000 - 0.62, 0.001);
 }
 
 TEST(ImportVideos, PutsClipsInStepByTimecodeInTheirSound) {

@@ -1,6 +1,7 @@
 // Videos for tests, made by ffmpeg: grey pictures whose pixels all have the frame's value.
 #pragma once
 
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "tests/capture/temp_folder.h"
+#include "weft/v1/video.pb.h"
 
 namespace weft {
 
@@ -29,6 +31,13 @@ inline std::vector<int> Values(int first, int count) {
   std::vector<int> values;
   for (int i = 0; i < count; ++i) values.push_back(first + i);
   return values;
+}
+
+// As it prints, so that a difference can be read.
+inline std::string FactsText(const std::string& text) {
+  v1::VideoFacts facts;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &facts)) << text;
+  return facts.DebugString();
 }
 
 }  // namespace weft

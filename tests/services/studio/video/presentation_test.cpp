@@ -46,6 +46,18 @@ TEST(TimesByOrder, FilesThatSayWhenPicturesAreShownAreBelieved) {
   EXPECT_THAT(ByOrder(packets, {{1, 2, 3, 4}, 1, false}), IsEmpty());
 }
 
+TEST(TimesByOrder, FilesThatHidePicturesSayWhenTheyAreShown) {
+  std::vector<VideoPacket> packets = InOrder({0, 1, 2, 3});
+  packets[0].is_hidden = true;
+  EXPECT_THAT(ByOrder(packets, {{2, 3, 4}, 2, false}), IsEmpty());
+  EXPECT_THAT(ByOrder(InOrder({0, 1}), {{}, 2, true}), IsEmpty());
+  // A decoder that waits, and whose first picture comes in time.
+  EXPECT_THAT(ByOrder(InOrder({0, 1, 2, 3}), {{0, 1, 2, 3}, 2, false}), IsEmpty());
+  EXPECT_THAT(ByOrder(InOrder({0, 1, 2, 3}), {{3, 2, 1}, 0, false}), IsEmpty());
+  const absl::Status twice = TimesByOrder(InOrder({0, 1, 1}), {{2, 3, 4}, 2, false}).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(twice)) << "two packets of one time";
+}
+
 TEST(TimesByOrder, DamageIsRefusedWhereNothingTellsWhatItConcerns) {
   const std::vector<VideoPacket> packets = InOrder({0, 1, 2, 3, 4});
   for (const DecodedTimes& decoded :
@@ -83,6 +95,31 @@ TEST(Edits, MayTrimAndWaitButNotCut) {
               AllOf(HasSubstr("a cut 2.000 s after its begin"), HasSubstr("2.000 s later than it is shown")));
   EXPECT_THAT(check({{2000, 2000}, {0, 1000}}), HasSubstr("4.000 s earlier than it is shown"));
   EXPECT_THAT(check({{0, 2000}, {-1, 1000}, {2000, 1000}}), HasSubstr("1.000 s earlier"));
+}
+
+TEST(Edits, ACutIsMoreThanHalfAPeriod) {
+  const std::vector<VideoPacket> packets = InOrder({3000, 0, 1000, 2000});
+  EXPECT_TRUE(CheckEdits({{0, 2000}, {2500, 3000}}, packets, 1e-3).ok());
+  const absl::Status cut = CheckEdits({{-1, 100}, {0, 2000}, {2501, 3000}}, packets, 1e-3);
+  EXPECT_TRUE(absl::IsInvalidArgument(cut));
+  EXPECT_EQ(
+      cut.message(),
+      "its edit list has a cut 2.100 s after its begin: what follows was filmed 0.501 s later than it is "
+      "shown; give the file as the camera wrote it, or each part as a file of its own");
+  EXPECT_THAT(std::string(CheckEdits({{0, 2000}, {2001, 3000}}, InOrder({7}), 1e-3).message()),
+              HasSubstr("0.001 s later"))
+      << "one picture has no period";
+}
+
+TEST(Edits, HaveNumbersThatCanBeAddedUp) {
+  const auto edits = [](const std::string& numbers) {
+    return ParseEdits("Processing st: 2, edit list 0 - media time: " + numbers, 2).size();
+  };
+  EXPECT_EQ(edits("8796093022207, duration: 8796093022207"), 1u);
+  EXPECT_EQ(edits("8796093022208, duration: 5"), 0u);
+  EXPECT_EQ(edits("5, duration: 8796093022208"), 0u);
+  EXPECT_EQ(edits("-8796093022208, duration: 5"), 0u);
+  EXPECT_EQ(edits("5"), 0u);
 }
 
 // The first picture has the file's label, whatever the decoder waits for.

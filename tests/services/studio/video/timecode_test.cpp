@@ -64,6 +64,23 @@ TEST(Timecode, ADayOfLabelsIsNoDayOfTheClock) {
   EXPECT_NEAR(ParseTimecode("00:00:00:00", 24)->Day_s(), 86400, 1e-6);
 }
 
+TEST(Timecode, HasTwoDigitsEachAndOneToThreeOfFrames) {
+  const auto is_read = [](std::string_view text) { return ParseTimecode(text, 120).ok(); };
+  for (const char* good : {"10:22:33:1", "10:22:33:001", "00010:22:33:00", "10:59:59:119"})
+    EXPECT_TRUE(is_read(good)) << good;
+  for (const char* bad : {"1:22:33:00", "10:2:33:00", "10:22:3:00", "10:22:33:", "10:22:33:0001",
+                          "10:22:33:00x", "10:022:33:00", "10;22:33:00", "10:22;33:00", "000010:22:33:00",
+                          "-", "", "10:60:00:00", "10:00:60:00", "10:22:33:120", "+10:22:33:00"})
+    EXPECT_FALSE(is_read(bad)) << bad;
+  EXPECT_EQ(ParseTimecode("10:22:33:00", 120.4)->nominal_fps, 120);
+  EXPECT_TRUE(ParseTimecode("10:22:33:239", 240).ok());
+  EXPECT_FALSE(ParseTimecode("10:22:33:00", 241).ok());
+  EXPECT_FALSE(ParseTimecode("10:22:33:00", 0.5).ok());
+  EXPECT_EQ(ParseTimecode("10:00:00;05", 60000.0 / 1001)->Number(),
+            int64_t{36000} * 60 + 5 - int64_t{4} * (600 - 60));
+  EXPECT_FALSE(ParseTimecode("10:01:00;03", 60000.0 / 1001).ok()) << "four are dropped";
+}
+
 TEST(StandardRate, TellsRatesOfAThousandthApart) {
   for (const int nominal : {24, 25, 30, 48, 50, 60, 120}) {
     EXPECT_FALSE(StandardRate(nominal)->is_slow);

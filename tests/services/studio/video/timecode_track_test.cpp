@@ -93,6 +93,84 @@ TEST(TimecodeTrackOf, IsTheOneThatTheVideoNames) {
   EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.0.codec_type=\"video\"\n")), -1);
 }
 
+TEST(TimecodeTrackOf, LooksAtSixtyFourStreams) {
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.63.codec_tag_string=\"tmcd\"\n")), 63);
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.64.codec_tag_string=\"tmcd\"\n")), -1);
+  // Of several that the video does not name, the first.
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.2.codec_tag_string=\"tmcd\"\n"
+                                     "streams.stream.1.codec_tag_string=\"tmcd\"\n"
+                                     "streams.stream.0.codec_type=\"video\"\n"
+                                     "streams.stream.0.tags.timecode=\"10:00:00:00\"\n")),
+            1);
+}
+
+TEST(ParseTimecodeTrack, TakesAtMostWhatTimecodeCounts) {
+  const auto fps_of = [](const Track& track) {
+    v1::VideoFacts facts;
+    const absl::Status status = ParseTimecodeTrack(FlatOf(track), facts);
+    EXPECT_TRUE(status.ok() || absl::IsInvalidArgument(status)) << status;
+    return facts.timecode_fps();
+  };
+  EXPECT_EQ(fps_of({.scale = 240, .duration = 1, .numbers = 240}), 240);
+  EXPECT_EQ(fps_of({.scale = 241, .duration = 1, .numbers = 241}), 0);
+  EXPECT_EQ(fps_of({.flags = 1, .scale = 25, .duration = 1, .numbers = 25}), 0);
+  EXPECT_EQ(fps_of({.flags = 2, .scale = 25, .duration = 1, .numbers = 25}), 25) << "another flag";
+  EXPECT_EQ(fps_of({.scale = 25, .duration = 1, .numbers = 0}), 25) << "no number of its own";
+  EXPECT_EQ(fps_of({.flags = 1, .scale = 60000, .duration = 1001, .numbers = 60}), 60 * 1000.0 / 1001);
+  v1::VideoFacts facts;
+  std::string no_sample = FlatOf({});
+  no_sample.replace(no_sample.find("packets.packet.0.pts"), 20, "packets.packet.1.pts");
+  EXPECT_EQ(ParseTimecodeTrack(no_sample, facts).message(), "its timecode track is empty");
+  EXPECT_EQ(ParseTimecodeTrack(FlatOf({.scale = 0}), facts).message(), "its timecode track has no rate");
+  EXPECT_EQ(ParseTimecodeTrack("", facts).message(), "its timecode track is not described");
+}
+
+v1::VideoFacts FilmOf(double fps, int frames, double declared_fps) {
+  v1::VideoFacts facts;
+  facts.set_time_base_num(1);
+  facts.set_time_base_den(1'000'000);
+  facts.set_declared_fps(declared_fps);
+  for (int i = 0; i < frames; ++i) facts.add_frame_pts(std::llround(1e6 * i / fps));
+  return facts;
+}
+
+TEST(TimecodeRates, WithoutATrackAreThoseOfTheFilm) {
+  EXPECT_EQ(TimecodeRates({FilmOf(25, 50, 0)}).front(), 25);
+  EXPECT_EQ(TimecodeRates({FilmOf(25, 50, 50)}).front(), 25) << "its frames go before its header";
+  EXPECT_EQ(TimecodeRates({FilmOf(25, 1, 24)}).front(), 24) << "one frame has no rate";
+  EXPECT_EQ(TimecodeRates({FilmOf(25, 1, 0)}).front(), 0);
+  // Near no standard's rate: whole frames a second, and whether slow as it is nearer to.
+  EXPECT_DOUBLE_EQ(TimecodeRates({FilmOf(28.7, 90, 0)}).front(), 29 * 1000.0 / 1001);
+  EXPECT_EQ(TimecodeRates({FilmOf(29.3, 90, 0)}).front(), 29);
+  EXPECT_EQ(TimecodeRates({FilmOf(12.4, 90, 0)}).front(), 0) << "two hundredths from whole ones";
+  // Of several doubtful ones the first tells.
+  const std::vector<double> both = TimecodeRates({FilmOf(29.3, 90, 0), FilmOf(28.7, 90, 0)});
+  EXPECT_EQ(both[0], 29);
+  EXPECT_EQ(both[1], 29);
+}
+
+TEST(LabelOf, NamesTheFile) {
+  v1::VideoFacts facts;
+  facts.set_path("a.mov");
+  EXPECT_TRUE(absl::IsNotFound(LabelOf(facts, 25).status()));
+  EXPECT_EQ(LabelOf(facts, 25).status().message(), "a.mov: has no timecode");
+  facts.set_timecode("10:00:00:07");
+  facts.set_timecode_at_s(1.5);
+  const auto label = LabelOf(facts, 25);
+  ASSERT_TRUE(label.ok()) << label.status();
+  EXPECT_EQ(label->at_s, 1.5);
+  EXPECT_EQ(label->timecode.frames, 7);
+  facts.set_timecode("10:00:00:27");
+  EXPECT_THAT(std::string(LabelOf(facts, 25).status().message()), HasSubstr("a.mov: the timecode"));
+  EXPECT_EQ(TimecodeText(*TimecodeOfFirst([&] {
+              facts = FilmOf(25, 0, 25);
+              facts.set_timecode("10:00:00:07");
+              return facts;
+            }())),
+            "10:00:00:07")
+      << "no frames";
+}
+
 // A phone writes the mean of its frames: here of 30 a second, with one that is late.
 Track OfPhone() { return {.scale = 19200, .duration = 641, .numbers = 30, .sample = 1'120'602}; }
 

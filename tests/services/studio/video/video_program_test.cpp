@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "tests/capture/file_size_limit.h"
 #include "tests/services/studio/video/made_video.h"
 
 namespace weft {
@@ -68,6 +69,29 @@ TEST_F(VideoProgramTest, IsStoppedWhereNobodyWantsMore) {
       [](size_t) { return false; });
   EXPECT_TRUE(absl::IsCancelled(said.status())) << said.status();
   EXPECT_THAT(std::string(said.status().message()), AllOf(HasSubstr("a.mkv"), HasSubstr("stopped")));
+}
+
+TEST_F(VideoProgramTest, WordsThatFilesMayNotHoldAreNoneThatWereSaid) {
+  const std::vector<std::string> help = {"-hide_banner", "-h", "full"};
+  const auto all = RunVideoProgram("ffmpeg", file_, help);
+  ASSERT_TRUE(all.ok()) << all.status();
+  ASSERT_GT(all->out.size(), 100'000u);
+  const auto said = [&](size_t most) {
+    const FileSizeLimit limit(most);
+    return RunVideoProgram("ffmpeg", file_, help).status();
+  };
+  EXPECT_TRUE(said(all->out.size() + 1).ok());
+  const absl::Status cut = said(20'000);
+  EXPECT_TRUE(absl::IsResourceExhausted(cut)) << cut;
+  EXPECT_THAT(std::string(cut.message()),
+              AllOf(HasSubstr("a.mkv: ffmpeg says more of it than files may hold"), HasSubstr("ulimit -f")));
+}
+
+TEST_F(VideoProgramTest, AProgramThatIsNotThereSaysWhatToInstall) {
+  const auto said = RunVideoProgram("ffmpeg-of-nobody", file_, {});
+  ASSERT_TRUE(said.ok()) << said.status();
+  EXPECT_NE(said->wait_status, 0);
+  EXPECT_THAT(said->errors, HasSubstr("Usage: weft-video"));
 }
 
 TEST(LastComplaint, IsTheLastLineWithoutWhatStandsInBrackets) {
