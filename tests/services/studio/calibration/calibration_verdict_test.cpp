@@ -1,5 +1,6 @@
 // The words and grades of calibrations and refinements, of results made by hand.
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -227,6 +228,89 @@ TEST(RefinementVerdict, PosesThatDidNotSettleAreNotWrittenWhereCamerasMoved) {
   result.refined.corrections[0].moved = true;
   EXPECT_EQ(RefinementVerdict(result).grade(), v1::GRADE_BAD);
   EXPECT_EQ(RefinementVerdict(result).reason(), "the poses did not settle");
+}
+
+// Every number of the report, in fractions that text keeps.
+TEST(RefinementReport, HasEveryNumberOfEachCamera) {
+  RefinementResult result = Refined();
+  result.frames = {"0000", "0007"};
+  result.refined.points_mm.resize(5);
+  result.refined.corrections[0] = {.sights = 12,
+                                   .held = true,
+                                   .misfit = true,
+                                   .moved = true,
+                                   .rotation_deg = 0.25,
+                                   .rotation_sigma_deg = 0.5,
+                                   .center_mm = 1.25,
+                                   .center_sigma_mm = 1.5,
+                                   .shift_px = 2.25,
+                                   .before_rms_px = 3.5,
+                                   .after_rms_px = 4.25,
+                                   .after_median_px = 5.5};
+  result.refined.corrections[2].moved = true;
+  result.rig.cameras = result.before.cameras;
+  result.rig.cameras[0].fx_px = 5;
+  v1::RigRefinementReport report = RefinementReport(result);
+  EXPECT_EQ(report.verdict().DebugString(), RefinementVerdict(result).DebugString());
+  EXPECT_EQ(report.rig_hash_before(), result.before.ContentHash());
+  EXPECT_EQ(report.rig_hash(), result.rig.ContentHash());
+  EXPECT_NE(report.rig_hash(), report.rig_hash_before());
+  report.clear_verdict(), report.clear_rig_hash(), report.clear_rig_hash_before();
+  v1::RigRefinementReport expected;
+  ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      R"(cameras { id: "a" sights: 12 held: true misfit: true moved: true rotation_deg: 0.25
+                   rotation_sigma_deg: 0.5 center_mm: 1.25 center_sigma_mm: 1.5 shift_px: 2.25
+                   before_rms_px: 3.5 after_rms_px: 4.25 after_median_px: 5.5 }
+         cameras { id: "b" sights: 100 after_rms_px: 0.1 after_median_px: 0.08 }
+         cameras { id: "c" sights: 100 moved: true after_rms_px: 0.1 after_median_px: 0.08 }
+         frames: 2 points: 5 converged: true written: true)",
+      &expected));
+  EXPECT_EQ(report.DebugString(), expected.DebugString());
+}
+
+TEST(RefinementText, HasALineForEachCameraThatMovedOrStayed) {
+  RefinementResult result = Refined();
+  for (const char* id : {"d", "e"}) {
+    result.before.cameras.emplace_back().id = id;
+    result.refined.corrections.push_back(result.refined.corrections[0]);
+    result.standings.emplace_back().camera = id;
+  }
+  result.rig.cameras = result.before.cameras;
+  result.frames = {"0000", "0007"};
+  result.refined.points_mm.resize(5);
+  for (CameraCorrection& correction : result.refined.corrections) correction.before_rms_px = 0.5;
+  EXPECT_THAT(RefinementText(result),
+              ElementsAre("no camera moved",
+                          "5 points of 2 frames: reprojection error 0.500 px before, 0.100 px now"));
+  CameraCorrection& moved = result.refined.corrections[0];
+  moved.moved = true;
+  moved.rotation_deg = 0.05, moved.rotation_sigma_deg = 0.001, moved.center_mm = 1.25,
+  moved.center_sigma_mm = 0.5, moved.shift_px = 2.5, moved.before_rms_px = 2;
+  result.refined.corrections[1].held = result.refined.corrections[1].misfit = true;
+  result.refined.corrections[1].before_rms_px = 50;
+  result.refined.corrections[2].held = true;
+  result.standings[2].compared = 100;
+  result.refined.corrections[3].held = true;
+  result.refined.corrections[3].sights = 0;
+  // Of the sights of all cameras but the misfit: sqrt((4 + 2 * 0.25) / 3).
+  EXPECT_THAT(
+      RefinementText(result),
+      ElementsAre("camera a moved: turned by 0.0500 deg (sigma 0.0010), centre by 1.25 mm (sigma 0.50); "
+                  "it saw the cloth 2.50 px off",
+                  "camera b: no pose puts it right, it stays as it was",
+                  "camera c: takes no part, it stays as it was",
+                  "camera d: only 0 sights of the cloth, it stays as it was",
+                  "5 points of 2 frames: reprojection error 1.225 px before, 0.100 px now"));
+}
+
+TEST(RefinementVerdict, CamerasThatAgreeWithNoOtherAreNotCountedAsUnseen) {
+  RefinementResult result = Refined();
+  result.refined.corrections[1].held = true;
+  result.standings[1].compared = 100;
+  const v1::Verdict verdict = RefinementVerdict(result);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_EQ(verdict.reason(), "camera b agrees with no other");
+  EXPECT_EQ(verdict.others_size(), 0);
 }
 
 }  // namespace

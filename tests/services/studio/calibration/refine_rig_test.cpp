@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -194,6 +195,49 @@ TEST_F(RefineRigTest, ErrorsSayWhatIsMissing) {
   before_.cameras[2].id = "other";
   ASSERT_TRUE(WriteRig(folder_ / "rig.json", before_).ok());
   EXPECT_THAT(std::string(RefineRigFromResult(request_).status().message()), HasSubstr("is not in the rig"));
+}
+
+// What the file says of the calibration is kept, but for the poses that were refined.
+TEST_F(RefineRigTest, ACalibrationCountsOnAndKeepsItsLenses) {
+  CalibrationRecord record;
+  record.version = 4;
+  record.calibrated_utc = "2020-01-31T10:45:00Z";
+  record.cameras.resize(16);
+  for (CalibratedCamera& camera : record.cameras) camera.sigmas.fill(0.25);
+  ASSERT_TRUE(WriteRig(folder_ / "rig.json", before_, "", &record).ok());
+  std::vector<double> shares;
+  const auto result = RefineRigFromResult(request_, [&](double share) { shares.push_back(share); });
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_TRUE(result->record.has_value());
+  EXPECT_EQ(result->record->version, 5);
+  EXPECT_EQ(result->record->replaces, before_.ContentHash());
+  EXPECT_GT(result->record->calibrated_utc, record.calibrated_utc);
+  for (size_t c = 0; c < 16; ++c) {
+    const CameraCorrection& correction = result->refined.corrections[c];
+    for (size_t i = 0; i < 9; ++i) EXPECT_EQ(result->record->cameras[c].sigmas[i], 0.25) << c << " " << i;
+    if (correction.held) continue;
+    for (int i = 0; i < 6; ++i) {
+      const double sigma = result->record->cameras[c].sigmas[static_cast<size_t>(9 + i)];
+      EXPECT_NEAR(sigma * sigma, correction.covariance(i, i), 1e-9 * correction.covariance(i, i)) << c;
+    }
+  }
+  EXPECT_THAT(shares, ElementsAre(0.35, 0.7, 1));
+}
+
+TEST(RefinementRequest, NeedsFramesPointsAndSizes) {
+  const auto why = [](const std::function<void(RefinementRequest&)>& change) {
+    RefinementRequest request;
+    change(request);
+    return std::string(request.Validate().message());
+  };
+  EXPECT_EQ(why([](RefinementRequest&) {}), "");
+  EXPECT_EQ(why([](RefinementRequest& r) { r.frames = 1, r.points = 100; }), "");
+  EXPECT_EQ(why([](RefinementRequest& r) { r.frames = 0; }), "frames must be at least 1");
+  EXPECT_EQ(why([](RefinementRequest& r) { r.points = 99; }), "points must be at least 100");
+  EXPECT_EQ(why([](RefinementRequest& r) { r.sigma_px = 0; }), "sigma_px must be positive");
+  EXPECT_EQ(why([](RefinementRequest& r) { r.radius_mm = 0; }), "radius_mm must be positive");
+  EXPECT_EQ(RefinementRequest().frames, 20);
+  EXPECT_EQ(RefinementRequest().points, 2000);
 }
 
 }  // namespace

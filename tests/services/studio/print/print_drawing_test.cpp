@@ -206,5 +206,18 @@ TEST_F(PrintDrawingTest, PanelsHaveASeamAndACut) {
   EXPECT_EQ(At(45, 99), InkOf(board_.at(0, 2)));
 }
 
+// Without room on the piece its name stands below, and a line leads to it.
+TEST_F(PrintDrawingTest, ALineLeadsFromTheNameToThePanel) {
+  board_.panels.assign(24, 1);
+  piece().panel = 1;
+  Draw();
+  const double middle_mm = 20 + (0.68 * 4 + 0.4) * 3.5 / 2;
+  EXPECT_TRUE(HasInk(middle_mm, 132));
+  EXPECT_TRUE(HasInk(middle_mm, 133.3));
+  EXPECT_FALSE(HasInk(middle_mm - 1.5, 132));
+  EXPECT_FALSE(HasInk(middle_mm + 1.5, 132));
+  EXPECT_TRUE(HasInkIn(21, 134.2, 30, 138)) << "the name";
+}
+
 }  // namespace
 }  // namespace weft

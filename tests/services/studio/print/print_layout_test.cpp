@@ -111,5 +111,69 @@ TEST(PrintLayout, SaysWhatDoesNotFit) {
   EXPECT_THAT(LayOutBoard(board, options).status().message(), HasSubstr("panel 1 with its seam allowance"));
 }
 
+// Two panels of 40 x 60 cells that do not fit beside each other.
+TEST(PrintLayout, PanelsGoToTheNextShelfAndTheNextPage) {
+  Board board = PlainBoard(60, 160);
+  board.panels.assign(60 * 160, 0);
+  for (int row = 10; row < 50; ++row)
+    for (int col = 0; col < 60; ++col)
+      board.panels[static_cast<size_t>(160 * row + col + 5)] = 1, board.panels[static_cast<size_t>(
+                                                                      160 * row + col + 90)] = 2;
+  PrintOptions options;
+  options.page_width_mm = 350;
+  options.seam_allowance_mm = 0;
+  auto layout = LayOutBoard(board, options);
+  ASSERT_TRUE(layout.ok()) << layout.status();
+  ASSERT_EQ(layout->pages.size(), 1u);
+  EXPECT_EQ(layout->pages[0].height_mm, 91 + 2 * (100 + 14) + 15);
+  ASSERT_EQ(layout->pages[0].pieces.size(), 2u);
+  const PrintPiece &first = layout->pages[0].pieces[0], &second = layout->pages[0].pieces[1];
+  EXPECT_EQ(first.label, "panel 1");
+  EXPECT_EQ(first.row, 10);
+  EXPECT_EQ(first.col, 5);
+  EXPECT_EQ(first.rows, 40);
+  EXPECT_EQ(first.cols, 60);
+  EXPECT_EQ(first.x_mm, 15 + 14);
+  EXPECT_EQ(first.y_mm, 15 + 62 + 14);
+  EXPECT_EQ(second.col, 90);
+  EXPECT_EQ(second.x_mm, first.x_mm);
+  EXPECT_EQ(second.y_mm, first.y_mm + 100 + 14);
+  // On a page that is as wide, both stand beside each other.
+  options.page_width_mm = 29 + 2 * (150 + 14) + 15;
+  layout = LayOutBoard(board, options);
+  EXPECT_EQ(layout->pages[0].height_mm, 91 + 100 + 14 + 15);
+  EXPECT_EQ(layout->pages[0].pieces[1].x_mm, 29 + 150 + 14);
+  options.page_width_mm = 350;
+  options.page_height_mm = 91 + 100 + 14 + 15;
+  layout = LayOutBoard(board, options);
+  ASSERT_TRUE(layout.ok()) << layout.status();
+  ASSERT_EQ(layout->pages.size(), 2u);
+  for (const PrintPage& page : layout->pages) {
+    EXPECT_EQ(page.width_mm, 350);
+    EXPECT_EQ(page.height_mm, 220);
+    ASSERT_EQ(page.pieces.size(), 1u);
+    EXPECT_EQ(page.pieces[0].x_mm, 29);
+    EXPECT_EQ(page.pieces[0].y_mm, 91);
+  }
+  options.page_height_mm = 219;
+  EXPECT_THAT(LayOutBoard(board, options).status().message(),
+              HasSubstr("panel 1 with its seam allowance measures 150 x 100 mm and does not fit the page"));
+}
+
+TEST(PrintOptions, AreThoseOfAPageWithAHead) {
+  const auto why = [](const PrintOptions& options) { return std::string(options.Validate().message()); };
+  EXPECT_EQ(why({}), "");
+  EXPECT_EQ(why({.page_width_mm = 330, .page_height_mm = 99999, .margin_mm = 15, .overlap_mm = 0}), "");
+  EXPECT_EQ(why({.page_width_mm = 329}), "page_width_mm must leave 300 mm between the margins for the head");
+  for (const double width_mm : {0.0, -1.0, 1e5})
+    EXPECT_THAT(why({.page_width_mm = width_mm}), HasSubstr("page_width_mm must lie between")) << width_mm;
+  for (const double height_mm : {-1.0, 1e5})
+    EXPECT_THAT(why({.page_height_mm = height_mm}), HasSubstr("page_height_mm must lie in")) << height_mm;
+  EXPECT_THAT(why({.margin_mm = -1}), HasSubstr("margin_mm"));
+  EXPECT_THAT(why({.ink_line_mm = NAN}), HasSubstr("ink_line_mm"));
+  EXPECT_THAT(why({.overlap_mm = -1}), HasSubstr("overlap_mm"));
+  EXPECT_THAT(why({.seam_allowance_mm = -1}), HasSubstr("seam_allowance_mm"));
+}
+
 }  // namespace
 }  // namespace weft
