@@ -37,6 +37,14 @@ TEST(Presets, PaperDiffersWhereThePaperSays) {
                           "alignment.layers.weight 0", "alignment.ray_reach_mm 0"));
 }
 
+TEST(Presets, StagesAreThoseOfARegistrationAndTheTemplates) {
+  EXPECT_THAT(PresetNames(), ElementsAre("best", "paper"));
+  EXPECT_THAT(RegistrationStages(),
+              ElementsAre("decode", "triangulation", "second_pass", "alignment", "temporal"));
+  EXPECT_THAT(AllStages(), ElementsAre("decode", "triangulation", "second_pass", "alignment", "temporal",
+                                       "template_build"));
+}
+
 TEST(Presets, UnknownOnesAreRefusedWithThoseThatAre) {
   const absl::Status status = PresetOptions("fastest").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);

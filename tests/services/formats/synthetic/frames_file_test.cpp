@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <utility>
 
 #include "tests/capture/temp_folder.h"
 
@@ -69,6 +72,83 @@ TEST(FramesFile, AnyFrameIsReadAndACutOffOneIsSeen) {
   EXPECT_NE(FramesReader::Open(folder / "cut.bin").status().message().find("ends within frame 2"),
             std::string::npos);
   EXPECT_EQ(FramesReader::Open(folder / "cut.bin", true)->frames(), 2);
+}
+
+TEST(FramesFile, AHeadThatCannotBeIsRefused) {
+  const auto why = [](uint32_t vertices, double fps) {
+    const std::string bytes = EncodeFramesHead({"0123", vertices, fps, false});
+    return std::string(DecodeFramesHead(bytes, "frames.bin").status().message());
+  };
+  EXPECT_EQ(why(1, 0.5), "");
+  EXPECT_EQ(why(50'000'000, 1000), "");
+  for (const auto& [vertices, fps] :
+       {std::pair(0u, 25.0), std::pair(50'000'001u, 25.0), std::pair(1u, 0.0), std::pair(1u, -1.0),
+        std::pair(1u, 1000.5), std::pair(1u, std::nan(""))})
+    EXPECT_EQ(why(vertices, fps), "frames.bin: the head cannot be: vertices, fps or flags are out of range");
+  const std::string head = EncodeFramesHead(SmallHead());
+  for (const size_t bytes : {size_t{8}, size_t{20}, head.size() - 1})
+    EXPECT_NE(
+        DecodeFramesHead(head.substr(0, bytes), "frames.bin").status().message().find("ends within its head"),
+        std::string::npos)
+        << bytes;
+  const auto read = DecodeFramesHead(head + "more", "frames.bin");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->vertices, 3u);
+  EXPECT_EQ(read->fps, 25);
+  EXPECT_TRUE(read->has_pose);
+  EXPECT_FALSE(DecodeFramesHead(EncodeFramesHead({"", 1, 25, false}), "frames.bin")->has_pose);
+}
+
+TEST(FramesFile, FramesWithoutAPoseAreShorter) {
+  FramesHead head = SmallHead();
+  const size_t with_pose = ClothFrameBytes(head);
+  head.has_pose = false;
+  EXPECT_EQ(ClothFrameBytes(head), 8u + 24 + 1 + 18 + 8);
+  ClothFrame frame = SmallFrame(10);
+  const std::string bytes = EncodeClothFrame(head, frame);
+  EXPECT_EQ(bytes.size(), ClothFrameBytes(head));
+  EXPECT_LT(bytes.size(), with_pose);
+  const auto read = DecodeClothFrame(head, bytes, "frames.bin");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_FALSE(read->pose.has_value());
+  for (const std::string& other : {bytes.substr(1), bytes + "x"}) {
+    const absl::Status status = DecodeClothFrame(head, other, "frames.bin").status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status));
+    EXPECT_NE(status.message().find("bytes, expected 59"), std::string::npos) << status;
+  }
+}
+
+TEST(FramesFile, ThePoseComesBackWithItsRotations) {
+  ClothFrame frame = SmallFrame(10);
+  for (size_t j = 0; j < frame.pose->rotation.size(); ++j)
+    frame.pose->rotation[j] = Eigen::Quaterniond(
+        Eigen::AngleAxisd(0.1 * static_cast<double>(j + 1), Vector3d(1, 2, 3).normalized()));
+  const auto read = DecodeClothFrame(SmallHead(), EncodeClothFrame(SmallHead(), frame), "frames.bin");
+  ASSERT_TRUE(read.ok()) << read.status();
+  for (size_t j = 0; j < frame.pose->rotation.size(); ++j) {
+    EXPECT_LT((read->pose->rotation[j].coeffs() - frame.pose->rotation[j].coeffs()).norm(), 1e-6) << j;
+    EXPECT_NEAR(read->pose->rotation[j].norm(), 1, 1e-15);
+  }
+}
+
+TEST(FramesFile, ReadersNameTheFile) {
+  const TempFolder folder;
+  const absl::Status missing = FramesReader::Open(folder / "none.bin").status();
+  EXPECT_TRUE(absl::IsNotFound(missing));
+  EXPECT_NE(missing.message().find("none.bin: cannot be opened"), std::string::npos);
+  WriteBytes(folder / "frames.bin",
+             EncodeFramesHead(SmallHead()) + EncodeClothFrame(SmallHead(), SmallFrame(1)));
+  auto reader = FramesReader::Open(folder / "frames.bin");
+  ASSERT_TRUE(reader.ok()) << reader.status();
+  const absl::Status before = reader->Read(-1).status();
+  EXPECT_TRUE(absl::IsOutOfRange(before));
+  EXPECT_NE(before.message().find("holds frames 0 to 0, not -1"), std::string::npos) << before;
+  EXPECT_EQ(reader->Read(0)->time_ns, 40'000'000);
+  // It became shorter since.
+  std::filesystem::resize_file(folder / "frames.bin", std::filesystem::file_size(folder / "frames.bin") - 1);
+  const absl::Status cut = reader->Read(0).status();
+  EXPECT_TRUE(absl::IsDataLoss(cut)) << cut;
+  EXPECT_NE(cut.message().find("frame 0 cannot be read"), std::string::npos) << cut;
 }
 
 }  // namespace

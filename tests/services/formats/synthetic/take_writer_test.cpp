@@ -203,6 +203,21 @@ TEST(TakeWriter, DeepPicturesAreStoredWith16BitsWhateverTheirOwn) {
   for (size_t i = 0; i < plain->pixels->size(); ++i) EXPECT_NEAR((*deep->pixels)[i], (*plain->pixels)[i], 1);
 }
 
+TEST(TakeFileOptions, AreThoseThatPicturesCanHave) {
+  const auto why = [](const std::string& ending, int bits, int quality = 95) {
+    return std::string(
+        TakeFileOptions{.image_ending = ending, .jpeg_quality = quality}.Validate(bits).message());
+  };
+  for (const char* ending : {"png", "tif", "jpg", "jpeg"}) EXPECT_EQ(why(ending, 8), "") << ending;
+  for (const char* ending : {"png", "tif"}) EXPECT_EQ(why(ending, 9), "") << ending;
+  for (const char* ending : {"jpg", "jpeg"})
+    EXPECT_EQ(why(ending, 9), "pictures: JPEG holds 8 bits, not 9; choose png or tif") << ending;
+  EXPECT_EQ(why("bmp", 8), "pictures: \"bmp\" is none of png, jpg, tif");
+  for (const int quality : {1, 100}) EXPECT_EQ(why("jpg", 8, quality), "");
+  EXPECT_EQ(why("jpg", 8, 0), "pictures: jpeg_quality is 0, expected 1 to 100");
+  EXPECT_EQ(why("jpg", 8, 101), "pictures: jpeg_quality is 101, expected 1 to 100");
+}
+
 TEST(TakeWriter, LostPicturesAreMissingAndNamed) {
   const TempFolder folder;
   SyntheticTakeOptions options = TinyOptions(1, 2, 6);
