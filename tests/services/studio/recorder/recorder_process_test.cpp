@@ -14,6 +14,7 @@
 #include "services/formats/files/json_file.h"
 #include "services/ground/process/unique_fd.h"
 #include "services/studio/recorder/recorder_files.h"
+#include "tests/capture/file_size_limit.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/studio/recording/recorded_pattern.h"
 
@@ -189,6 +190,28 @@ TEST_F(RecorderProcessTest, OneThatRecordedNothingSaysSo) {
   Put(v1::RECORDER_PHASE_STARTING);
   EXPECT_EQ(Recovered().message(), "the recorder ended abnormally, before it recorded anything");
   EXPECT_EQ(Recovered().phase(), v1::RECORDER_PHASE_RECOVERED);
+}
+
+// As on a full disk: the take may be looked at all the same, and is tried again.
+TEST_F(RecorderProcessTest, ATakeThatCannotBeRecoveredIsTriedAgain) {
+  PutOpenTake();
+  Put(v1::RECORDER_PHASE_RECORDING);
+  const auto on_full_disk = [this] {
+    const FileSizeLimit limit(1);
+    return Recovered();
+  };
+  const v1::RecorderState state = on_full_disk();
+  EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_FAILED);
+  EXPECT_THAT(state.message(),
+              AllOf(HasSubstr("the recorder ended abnormally; the take cannot be recovered yet: "),
+                    HasSubstr("; it is tried again whenever somebody looks")));
+  EXPECT_FALSE(IsSettled(folder_));
+  EXPECT_EQ(LookAtRecorder(folder_)->state.phase(), v1::RECORDER_PHASE_RECORDING) << "nothing was written";
+  // One that has said why keeps its reason.
+  Put(v1::RECORDER_PHASE_FAILED, "disk full");
+  EXPECT_EQ(on_full_disk().message(), "disk full");
+  EXPECT_EQ(on_full_disk().phase(), v1::RECORDER_PHASE_FAILED);
+  EXPECT_THAT(Recovered().message(), HasSubstr("disk full; the take was left open, and what it had"));
 }
 
 }  // namespace

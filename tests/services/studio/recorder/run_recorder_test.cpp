@@ -96,5 +96,15 @@ TEST_F(RunRecorderTest, FailsWithoutARequest) {
   EXPECT_EQ(State().phase(), v1::RECORDER_PHASE_FAILED);
 }
 
+TEST_F(RunRecorderTest, TriesTheDiskUnlessItIsToldNotTo) {
+  request_.mutable_session()->set_low_disk_gib(1e6);
+  request_.set_no_disk_test(false);
+  const absl::Status status = Run();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(State().message(), HasSubstr("no_disk_test records all the same"));
+  EXPECT_EQ(State().error_code(), "FAILED_PRECONDITION");
+  EXPECT_FALSE(fs::exists(files_.take));
+}
+
 }  // namespace
 }  // namespace weft
