@@ -154,5 +154,45 @@ TEST(ClockLog, OfEarlierVersionsHasNoChecksums) {
   EXPECT_EQ(ParseClockLog(folder.path()).status().code(), absl::StatusCode::kDataLoss);
 }
 
+TEST(ClockLog, OfACameraThatIsDistrustedNothingMoreIsKept) {
+  const TempFolder folder;
+  ClockLog clocks({"left", "right"});
+  ASSERT_TRUE(clocks.Open(folder.path()).ok());
+  EXPECT_EQ(clocks.Add(0, {1000, -5, 3, "Listening", {}}), "");
+  EXPECT_EQ(clocks.Add(0, {2000, -5, 3, "Slave", {}}), "PTP went from Listening to Slave");
+  EXPECT_EQ(clocks.Add(0, {3000, -5, 3, "Slave", {}}), "");
+  EXPECT_EQ(clocks.Add(1, {1000, -7, 3, "", {}}), "");
+  EXPECT_EQ(clocks.Last(0)->host_time_ns, 3000);
+  clocks.Distrust(0);
+  EXPECT_FALSE(clocks.Last(0).has_value());
+  EXPECT_EQ(clocks.Add(0, {4000, -5, 3, "Master", {}}), "");
+  EXPECT_FALSE(clocks.Last(0).has_value());
+  EXPECT_EQ(clocks.Last(1)->device_minus_host_ns, -7);
+  ASSERT_TRUE(clocks.Close().ok());
+  EXPECT_TRUE(clocks.Close().ok()) << "it is closed";
+  const auto log = ParseClockLog(folder.path());
+  ASSERT_TRUE(log.ok()) << log.status();
+  EXPECT_TRUE(log->has_end);
+  EXPECT_EQ(log->readings.size(), 4u);
+}
+
+TEST(ClockLog, AReadingBehindTheEndIsNone) {
+  const TempFolder folder;
+  ClockLog clocks({"left"});
+  ASSERT_TRUE(clocks.Open(folder.path()).ok());
+  clocks.Add(0, {1000, -5, 3, "", {}});
+  ASSERT_TRUE(clocks.Close().ok());
+  const std::string closed = ReadBytes(ClockLogFile(folder.path()));
+  // The same again, from the first reading on, with checksums that follow each other.
+  const std::string longer = ClockLogText({{"left", {1000, -5, 3, "", {}}}, {"left", {2000, -5, 3, "", {}}}});
+  const std::string last = longer.substr(closed.rfind('\n', closed.size() - 2) + 1);
+  WriteBytes(ClockLogFile(folder.path()), closed + last);
+  const auto log = ParseClockLog(folder.path());
+  ASSERT_TRUE(log.ok()) << log.status();
+  EXPECT_EQ(log->readings.size(), 1u);
+  EXPECT_GT(log->damaged_lines, 0u);
+  EXPECT_EQ(log->damage, "line 4 is not as it was written");
+}
+
 }  // namespace
 }  // namespace weft

@@ -3,6 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/capture/temp_folder.h"
+
 namespace weft {
 namespace {
 
@@ -65,6 +72,32 @@ TEST(DiskCheck, RefusesADiskThatIsTooSlowAndWarnsOfOneThatBarelyKeepsUp) {
   EXPECT_THAT(*AssessDisk(speed, 0.5e9, options), ElementsAre(HasSubstr("room for 40 s of the 60 s")));
   options.recorder.low_disk_bytes = 22'000'000'000;
   EXPECT_TRUE(absl::IsFailedPrecondition(AssessDisk(speed, 0.5e9, options).status()));
+}
+
+TEST(DiskCheck, WritesForASecondWithinSixteenMebibytesAndAGibibyte) {
+  EXPECT_EQ(DiskTestBytes(0), uint64_t{16} << 20);
+  EXPECT_EQ(DiskTestBytes(20e6), 20'000'000u);
+  EXPECT_EQ(DiskTestBytes(1e12), uint64_t{1} << 30);
+}
+
+TEST(DiskCheck, TriesTheDiskWhereTheRateIsKnown) {
+  const TempFolder folder;
+  std::vector<std::unique_ptr<CameraSource>> cameras;
+  cameras.push_back(std::make_unique<Described>(
+      std::map<std::string, std::string>{{"Width", "100"}, {"Height", "10"}, {"PixelFormat", "Mono8"}}));
+  LiveRecordingOptions options;
+  options.recorder.low_disk_bytes = 0;
+  const auto unknown = TestDisk(folder / "none", cameras, options, "no_disk_test");
+  ASSERT_TRUE(unknown.ok()) << "no rate, no test: " << unknown.status();
+  options.sets.period_ns = 1'000'000'000;
+  const auto slow = TestDisk(folder.path(), cameras, options, "no_disk_test");
+  ASSERT_TRUE(slow.ok()) << slow.status();
+  EXPECT_THAT(*slow, IsEmpty());
+  options.recorder.low_disk_bytes = uint64_t{1} << 62;
+  const absl::Status full = TestDisk(folder.path(), cameras, options, "no_disk_test").status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(full));
+  EXPECT_THAT(std::string(full.message()), ::testing::StartsWith(folder.path() + ": only "));
+  EXPECT_THAT(std::string(full.message()), ::testing::EndsWith("; no_disk_test records all the same"));
 }
 
 }  // namespace

@@ -2,11 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <set>
 
 #include "capture/take/recorded_take.h"
 #include "capture/take/recover_take.h"
+#include "tests/capture/file_size_limit.h"
 #include "tests/capture/pattern_frames.h"
 #include "tests/capture/temp_folder.h"
 
@@ -203,6 +205,73 @@ TEST(Recorder, CountsWhatItIsOfferedAndJoinsDrops) {
       drops.push_back(std::to_string(entry.first_set) + " to " + std::to_string(entry.last_set) + " at " +
                       std::to_string(entry.device_time_ns) + " " + entry.cause);
   EXPECT_THAT(drops, ElementsAre("0 to 3 at 7 late", "4 to 4 at 9 later", "6 to 6 at 10 later"));
+}
+
+// A disk that takes no more: what it has is kept, the rest is told as dropped.
+TEST(Recorder, StopsAtTheFirstWriteThatFails) {
+  const TempFolder temp;
+  PatternFrames cameras({"a", "b"}, 64, 40);
+  RecorderOptions options = Small();
+  options.take.stream.preallocate_bytes = 0;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  uint64_t set = 0;
+  while (set < 3) EXPECT_TRUE((*recorder)->Offer(cameras.Set(set++)));
+  for (int i = 0; i < 30'000 && (*recorder)->Counters().sets_recorded < 3; ++i) usleep(1000);
+  {
+    const FileSizeLimit limit(200'000);
+    while ((*recorder)->OfferAndWait(cameras.Set(set++)) && set < 100'000) {
+    }
+  }
+  const RecorderCounters stopped = (*recorder)->Counters();
+  EXPECT_THAT(stopped.stop_cause, HasSubstr(".stream"));
+  const absl::Status status = (*recorder)->Stop();
+  EXPECT_FALSE(status.ok());
+  EXPECT_EQ(status.message(), stopped.stop_cause);
+  const RecorderCounters counters = (*recorder)->Counters();
+  EXPECT_EQ(counters.stop_cause, stopped.stop_cause);
+  EXPECT_EQ(counters.sets_offered, set);
+  EXPECT_GE(counters.sets_recorded, 3u) << "those that were acknowledged";
+  EXPECT_GT(counters.sets_dropped, 0u);
+  EXPECT_EQ(counters.sets_recorded + counters.sets_dropped, set);
+  EXPECT_EQ(counters.queued_bytes, 0u);
+  ExpectAccounted(temp / "take", cameras, set);
+  const auto take = RecordedTake::Open(temp / "take");
+  ASSERT_TRUE(take.ok()) << take.status();
+  ASSERT_TRUE((*take)->stream(0).end());
+  EXPECT_EQ((*take)->stream(0).end()->outcome, TakeOutcome::kStopped);
+  EXPECT_EQ((*take)->stream(0).end()->sets_recorded, counters.sets_recorded);
+  EXPECT_EQ((*take)->stream(0).end()->sets_dropped, counters.sets_dropped);
+  size_t notes = 0;
+  for (const LedgerEntry& entry : (*take)->ledger()) {
+    notes += entry.event == LedgerEvent::kNote && entry.cause == "recording stopped: " + stopped.stop_cause;
+    if (entry.event == LedgerEvent::kDropped) {
+      EXPECT_EQ(entry.cause, "recording stopped: " + stopped.stop_cause);
+    }
+  }
+  EXPECT_EQ(notes, 1u);
+}
+
+TEST(Recorder, AtTheLowDiskMarkSaysHowMuchIsFree) {
+  const TempFolder temp;
+  PatternFrames cameras({"a"}, 64, 40);
+  RecorderOptions options = Small();
+  options.low_disk_bytes = uint64_t{1} << 60;
+  auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), options);
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  for (int i = 0; i < 10'000 && (*recorder)->Counters().stop_cause.empty(); ++i) usleep(1000);
+  EXPECT_EQ((*recorder)->Counters().room_bytes, 0u);
+  EXPECT_FALSE((*recorder)->OfferAndWait(cameras.Set(0)));
+  ASSERT_TRUE((*recorder)->Stop().ok());
+  const std::string cause = (*recorder)->Counters().stop_cause;
+  EXPECT_THAT(cause, HasSubstr(" MiB are free, the mark is 1099511627776 MiB"));
+  const auto take = RecordedTake::Open(temp / "take");
+  ASSERT_TRUE(take.ok()) << take.status();
+  std::vector<std::string> causes;
+  for (const LedgerEntry& entry : (*take)->ledger())
+    if (!entry.cause.empty() && entry.event != LedgerEvent::kEnd) causes.push_back(entry.cause);
+  EXPECT_THAT(causes, ::testing::Each("recording stopped: " + cause));
+  EXPECT_GE(causes.size(), 2u) << "the note, and the set that was dropped";
 }
 
 }  // namespace

@@ -47,8 +47,13 @@ TEST_F(ReplayTakeTest, HandsOutEverySetInOrderAndTheSameEachTime) {
           return true;
         });
     EXPECT_THAT(numbers, ElementsAre(3, 4, 5, 6, 7));
+    EXPECT_EQ(summary.sets(), 5u);
     EXPECT_EQ(summary.frames(), 9u);
     EXPECT_EQ(summary.missing(), 1u);
+    EXPECT_EQ(summary.bytes(), 9u * 4096);
+    EXPECT_GT(summary.wall_s(), 0);
+    EXPECT_LE(summary.late_median_ms(), summary.late_worst_ms());
+    EXPECT_THAT(summary.checksum(), ::testing::MatchesRegex("[0-9a-f]{16}"));
     if (run > 0) {
       EXPECT_EQ(summary.checksum(), checksum);
     }
@@ -58,6 +63,22 @@ TEST_F(ReplayTakeTest, HandsOutEverySetInOrderAndTheSameEachTime) {
   EXPECT_NE(
       ReplayTake(**Replay::Open(take_, options), [](const RawFrameSet&, auto) { return true; }).checksum(),
       checksum);
+}
+
+TEST_F(ReplayTakeTest, EndsWhereNobodyWantsMore) {
+  ReplayOptions options;
+  options.mode = ReplayMode::kFastest;
+  uint64_t sets = 0;
+  const v1::TakeReplay summary =
+      ReplayTake(**Replay::Open(take_, options),
+                 [&](const RawFrameSet&, std::chrono::nanoseconds) { return ++sets < 2; });
+  EXPECT_EQ(sets, 2u);
+  EXPECT_EQ(summary.sets(), 2u);
+  EXPECT_EQ(summary.frames(), 4u);
+  // The bytes, the order and every number of the frames are in the sum.
+  const v1::TakeReplay all =
+      ReplayTake(**Replay::Open(take_, options), [](const RawFrameSet&, auto) { return true; });
+  EXPECT_NE(summary.checksum(), all.checksum());
 }
 
 TEST_F(ReplayTakeTest, IsRecordedLikeLiveCameras) {

@@ -13,6 +13,7 @@
 #include "services/studio/recording/take_file.h"
 #include "tests/capture/pattern_frames.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/studio/recording/recorded_pattern.h"
 
 namespace weft {
 namespace {
@@ -237,6 +238,52 @@ TEST(SyncReport, NamesCamerasWithoutTriggerAndWithoutReadings) {
               Contains(HasSubstr("camera c: unsynchronized, up to 2.0 ms from the time of its set")));
   EXPECT_THAT(analysis->report.findings(),
               Contains(HasSubstr("camera b: its clock cannot be read, it reads 0")));
+}
+
+// A camera far from its PTP master, one that nobody read, and frames that no set took.
+TEST(SyncReport, SaysWhatToDoForEachCamera) {
+  const TempFolder folder;
+  const std::string path = folder / "take";
+  PatternFrames frames({"a", "b"}, 64, 40);
+  auto recorder = Recorder::Start(path, {"a", "b"}, SmallRecorder());
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  ASSERT_TRUE(WriteTakeFile(path, NewTake("")).ok());
+  ClockLog clocks({"a", "b"});
+  ASSERT_TRUE(clocks.Open(path).ok());
+  (*recorder)->NoteDropped(0, 2, 0, "no camera delivered a frame");
+  (*recorder)->Note("a", "its times are those of no set; they are set aside");
+  for (uint64_t set = 3; set < 5; ++set) {
+    RawFrameSet both = frames.Set(set);
+    for (RawFrame& frame : both.frames)
+      frame.device_time_ns = frame.host_time_ns = kEpoch_ns + static_cast<int64_t>(set) * kFramePeriod_ns;
+    clocks.Add(0, {kEpoch_ns + static_cast<int64_t>(set) * kFramePeriod_ns, 0, kMs / 10, "Slave",
+                   set == 3 ? 100'000 : 250'000});
+    EXPECT_TRUE((*recorder)->OfferAndWait(std::move(both)));
+  }
+  ASSERT_TRUE((*recorder)->Stop().ok());
+  ASSERT_TRUE(clocks.Close().ok());
+  const auto analysis = AnalyzeSync(path);
+  ASSERT_TRUE(analysis.ok()) << analysis.status();
+  EXPECT_EQ(analysis->report.sets_dropped(), 3u);
+  EXPECT_EQ(analysis->report.sets_complete(), 2u);
+  EXPECT_THAT(
+      analysis->report.findings(),
+      ElementsAre("camera a: up to 250 us from the PTP master; use a switch with PTP (boundary or "
+                  "transparent clock)",
+                  "camera b: its clock was never read; its times are used unchanged",
+                  "camera a: its times are those of no set; they are set aside; look for what sets its "
+                  "clock, or trigger it with the others"));
+}
+
+TEST(SyncReport, ACameraAloneIsApartByNothing) {
+  const TempFolder folder;
+  PatternFrames frames({"a"}, 64, 40);
+  RecordPattern(folder / "take", frames);
+  const auto analysis = AnalyzeSync(folder / "take");
+  ASSERT_TRUE(analysis.ok()) << analysis.status();
+  EXPECT_EQ(analysis->report.spread_median_ms(), 0);
+  EXPECT_EQ(analysis->report.path(), folder / "take");
+  EXPECT_TRUE(absl::IsNotFound(AnalyzeSync(folder / "none").status()));
 }
 
 }  // namespace

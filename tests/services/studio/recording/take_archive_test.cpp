@@ -67,5 +67,17 @@ TEST(TakeArchive, RefusesWhatIsCompressedAlready) {
   EXPECT_TRUE(absl::IsNotFound(ExportArchive(temp / "nothing", temp / "archive").status()));
 }
 
+// A video has one size.
+TEST(TakeArchive, FramesThatChangeTheirSizeAreNamed) {
+  const TempFolder temp;
+  PatternFrames cameras({"left"}, 64, 48, RawFormat::kMono8), smaller({"left"}, 32, 48, RawFormat::kMono8);
+  RecordSets(temp / "take", {"left"}, {cameras.Set(1), cameras.Set(2), smaller.Set(3)});
+  const absl::Status status = ExportArchive(temp / "take", temp / "archive").status();
+  EXPECT_TRUE(absl::IsInvalidArgument(status));
+  EXPECT_EQ(status.message(),
+            "camera left: its frames change size or format at set 3; export the parts (`weft take trim`)");
+  EXPECT_FALSE(ReadWholeFile(temp / "archive" + "/take.json").ok());
+}
+
 }  // namespace
 }  // namespace weft
