@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "services/studio/preview/coverage_picture.h"
 
@@ -78,6 +82,56 @@ TEST(CoveragePicture, HasAColourForEachClass) {
         EXPECT_EQ(pixel[static_cast<int>(2 - c)], std::stoi(hex.substr(1 + 2 * c, 2), nullptr, 16)) << k;
       EXPECT_EQ(pixel[3], 255);
     }
+}
+
+// What a vertex looks like, by its node alone: the picture of a triangle whose vertices are all that node.
+class GarmentPictureTest : public ::testing::Test {
+ protected:
+  GarmentPictureTest() {
+    garment_.rest = {{{0, 0, 0}, {100, 0, 0}, {0, 100, 0}}, {{0, 2, 1}}};
+    const int views[3][3] = {{3, 1, 0}, {2, 2, 0}, {0, 0, 6}};
+    for (int camera = 0; camera < 6; ++camera) {
+      std::vector<Observation> seen;
+      for (int row = 0; row < 3; ++row)
+        for (int col = 0; col < 3; ++col)
+          if (views[row][col] > camera) seen.push_back(Center(row, col));
+      coverage_->Set("c" + std::to_string(camera), seen);
+    }
+  }
+  std::string Picture(const VertexNode& node) {
+    garment_.node_of_vertex.assign(3, node);
+    const auto pictures = PaintGarment(garment_, *coverage_);
+    EXPECT_TRUE(pictures.ok()) << pictures.status();
+    if (!pictures.ok() || pictures->empty()) return "";
+    return pictures->front().bytes + (*pictures).back().bytes;
+  }
+
+  Template garment_;
+  std::optional<Coverage> coverage_{std::in_place, 3, 3, std::vector<std::pair<int, int>>()};
+};
+
+TEST_F(GarmentPictureTest, CellsHaveTheColourOfTheirCameras) {
+  const std::vector<std::string> classes = {Picture({0, 2}), Picture({0, 1}), Picture({1, 0}),
+                                            Picture({0, 0}), Picture({2, 2}), Picture({})};
+  for (size_t i = 0; i < classes.size(); ++i)
+    for (size_t k = 0; k < i; ++k) EXPECT_NE(classes[i], classes[k]) << i << " " << k;
+  EXPECT_EQ(Picture({1, 1}), Picture({1, 0})) << "two cameras each";
+  EXPECT_EQ(Picture({3, 0}), Picture({})) << "not on the board";
+}
+
+TEST_F(GarmentPictureTest, CornersAreSeenAsTheWorstCellAroundThem) {
+  const auto corner = [&](int row, int col) { return Picture({row, col, NodeKind::kCorner}); };
+  EXPECT_EQ(corner(1, 1), Picture({0, 1}));  // of 3, 1, 2 and 2
+  EXPECT_EQ(corner(0, 0), Picture({0, 0}));  // the others lie outside of the board
+  EXPECT_EQ(corner(1, 0), Picture({1, 0}));
+  EXPECT_EQ(corner(0, 1), Picture({0, 1}));
+  EXPECT_EQ(corner(3, 3), Picture({2, 2}));
+  EXPECT_EQ(corner(4, 4), Picture({}));
+  // Cells that are none of the garment do not count.
+  coverage_.emplace(3, 3, std::vector<std::pair<int, int>>{{1, 1}});
+  coverage_->Set("c", {Center(1, 1), Center(0, 0)});
+  EXPECT_EQ(corner(1, 1), Picture({1, 1}));
+  EXPECT_EQ(corner(0, 0), Picture({}));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <functional>
 #include <regex>
 #include <thread>
 
@@ -95,6 +96,51 @@ TEST_F(LivePreviewTest, NobodyWaitsForIt) {
   ASSERT_TRUE((*preview)->Finish().ok());
   EXPECT_THAT(Page(), HasSubstr("frame set 999"));
   EXPECT_TRUE(first.expired());
+}
+
+TEST(LivePreviewOptions, AreChecked) {
+  const LivePreviewOptions good{
+      .folder = "preview", .interval_s = 0.1, .thumbnail_px = 16, .decoded_views = 0};
+  EXPECT_TRUE(good.Validate().ok());
+  const auto why = [&](const std::function<void(LivePreviewOptions&)>& change) {
+    LivePreviewOptions options = good;
+    change(options);
+    return std::string(options.Validate().message());
+  };
+  EXPECT_EQ(why([](LivePreviewOptions& o) { o.thumbnail_px = 4096; }), "");
+  EXPECT_EQ(why([](LivePreviewOptions& o) { o.folder = ""; }), "the preview needs a folder");
+  EXPECT_EQ(why([](LivePreviewOptions& o) { o.interval_s = 0.09; }), "previews must be at least 0.1 s apart");
+  for (const int width_px : {15, 4097})
+    EXPECT_EQ(why([&](LivePreviewOptions& o) { o.thumbnail_px = width_px; }),
+              "pictures of the preview must be 16 to 4096 px wide");
+  EXPECT_EQ(why([](LivePreviewOptions& o) { o.decoded_views = -1; }),
+            "the number of decoded views must not be negative");
+  EXPECT_EQ(why([](LivePreviewOptions& o) { o.garment.emplace(); }), "coverage of a garment needs its board");
+}
+
+// Coverage is of the garment's cells, and its pictures are of the garment.
+TEST_F(LivePreviewTest, ShowsTheGarmentThatIsGiven) {
+  options_.board = board_;
+  Template garment;
+  garment.rest = {{{0, 0, 0}, {2.7, 0, 0}, {0, 2.7, 0}}, {{0, 2, 1}}};
+  garment.node_of_vertex = {{10, 10}, {10, 11}, {11, 11, NodeKind::kCorner}};
+  options_.garment = garment;
+  auto preview = LivePreview::Start(options_);
+  ASSERT_TRUE(preview.ok()) << preview.status();
+  RawFrameSet set;
+  set.number = 7;
+  set.frames.push_back(Photographed("c1", board_, 1));
+  set.frames.push_back(set.frames[0]);
+  set.frames[1].camera_id = "c2";
+  set.frames[1].format = RawFormat::kMotionJpeg;  // no picture is in these bytes
+  (*preview)->Offer(set);
+  ASSERT_TRUE((*preview)->Finish().ok());
+  const std::string page = Page();
+  EXPECT_THAT(page, HasSubstr("of 2 cells are read by three cameras or more"));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("alt=\"The board\"")));
+  for (const char* side : {"Front", "Back"})
+    EXPECT_THAT(page, HasSubstr("alt=\"" + std::string(side) + "\""));
+  EXPECT_THAT(page, HasSubstr("</b> no picture: camera c2: not a JPEG image</p>"));
 }
 
 }  // namespace
