@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <string>
+
 #include "services/formats/files/json_file.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/studio/recording/recorded_pattern.h"
@@ -222,6 +225,50 @@ TEST(SessionFile, OpensReplaysOfOneTakeTogether) {
   EXPECT_EQ((*cameras)[1]->camera_id(), "right");
   session.mutable_cameras(1)->mutable_replay()->set_take(folder / "nothing");
   EXPECT_THAT(std::string(OpenCameras(session).status().message()), HasSubstr("camera right: "));
+}
+
+// What a camera's source refuses tells which of its options came from the session.
+TEST(SessionFile, FieldsOfACameraBecomeItsOptions) {
+  const auto why = [](const std::function<void(v1::Session&, v1::SessionCamera&)>& change) {
+    v1::Session session;
+    v1::SessionCamera& camera = *session.add_cameras();
+    camera.set_id("c01");
+    change(session, camera);
+    return std::string(OpenCameras(session).status().message());
+  };
+  const auto gige = [&](const std::function<void(v1::Session&, v1::GigeCamera&)>& change) {
+    return why([&](v1::Session& session, v1::SessionCamera& camera) {
+      camera.mutable_gige()->set_device("192.0.2.1");
+      change(session, *camera.mutable_gige());
+    });
+  };
+  EXPECT_EQ(gige([](v1::Session&, v1::GigeCamera& c) { c.clear_device(); }),
+            "a GigE Vision camera needs an id and a device");
+  EXPECT_EQ(gige([](v1::Session&, v1::GigeCamera& c) { c.set_buffers(1); }),
+            "camera c01: buffers must be at least 2");
+  EXPECT_EQ(gige([](v1::Session& s, v1::GigeCamera&) { s.set_fps(-1); }),
+            "camera c01: fps must not be negative");
+  EXPECT_EQ(gige([](v1::Session&, v1::GigeCamera& c) { c.add_features("=3"); }),
+            "camera c01: feature \"=3\" is not of the form Name=value");
+  const auto v4l2 = [&](const std::function<void(v1::Session&, v1::V4l2Camera&)>& change) {
+    return why([&](v1::Session& session, v1::SessionCamera& camera) {
+      camera.mutable_v4l2()->set_device("/dev/no such camera");
+      change(session, *camera.mutable_v4l2());
+    });
+  };
+  EXPECT_THAT(v4l2([](v1::Session&, v1::V4l2Camera&) {}), HasSubstr("camera c01: /dev/no such camera"));
+  EXPECT_EQ(v4l2([](v1::Session&, v1::V4l2Camera& c) { c.clear_device(); }),
+            "a V4L2 camera needs an id and a device");
+  EXPECT_EQ(v4l2([](v1::Session&, v1::V4l2Camera& c) { c.set_width_px(-1); }),
+            "camera c01: width_px and height_px must not be negative");
+  EXPECT_EQ(v4l2([](v1::Session&, v1::V4l2Camera& c) { c.set_height_px(-1); }),
+            "camera c01: width_px and height_px must not be negative");
+  EXPECT_EQ(v4l2([](v1::Session& s, v1::V4l2Camera&) { s.set_fps(-1); }),
+            "camera c01: fps must not be negative");
+  EXPECT_EQ(v4l2([](v1::Session&, v1::V4l2Camera& c) { c.set_buffers(33); }),
+            "camera c01: buffers must be 2 to 32");
+  EXPECT_EQ(v4l2([](v1::Session&, v1::V4l2Camera& c) { c.add_controls("=1"); }),
+            "camera c01: a control is not of the form Name=value");
 }
 
 }  // namespace
