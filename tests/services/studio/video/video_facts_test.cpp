@@ -125,12 +125,13 @@ TEST(LookAtVideo, PicturesThatAnEditListHidesAreCountedAndNotShown) {
   EXPECT_THAT(facts->damaged_pts(), ::testing::IsEmpty());
 }
 
-// Its packets outnumber its pictures: some are there for others to follow from.
+// Its packets outnumber its pictures: some are there for others to follow from, at times of their own.
 TEST(LookAtVideo, PacketsThatACodeNeverShowsAreNotMissing) {
   const TempFolder temp;
-  const std::string encode = "cd '" + temp.path() +
-                             "' && ffmpeg -v error -y -f lavfi -i testsrc2=s=64x48:r=25:d=2 -c:v libvpx "
-                             "-b:v 200k -auto-alt-ref 1 -lag-in-frames 16 -pass ";
+  const std::string encode =
+      "cd '" + temp.path() +
+      "' && ffmpeg -v error -y -f lavfi -i testsrc2=s=64x48:r=25:d=2 -c:v libvpx -enc_time_base 1/1000 "
+      "-b:v 200k -auto-alt-ref 1 -lag-in-frames 16 -pass ";
   Shell(encode + "1 -f null -");
   Shell(encode + "2 a.webm");
   const auto packets = ReadPackets(temp / "a.webm", nullptr);
