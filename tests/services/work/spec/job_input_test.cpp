@@ -6,6 +6,7 @@
 
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/work/pipeline/job_confinement.h"
@@ -96,6 +97,88 @@ TEST(IsReadFrom, HoldsForEachInputAndWhatLiesBelow) {
 TEST(ConfinementOf, MayReadAllInputs) {
   const Confinement confinement = ConfinementOf(SpecWithAll(), {});
   EXPECT_EQ(confinement.readable.size(), InputsOf(SpecWithAll()).size());
+}
+
+v1::RegistrationSpec OfWork(const std::string& kind,
+                            const std::vector<std::pair<std::string, std::string>>& given) {
+  v1::RegistrationSpec spec;
+  spec.mutable_work()->set_kind(kind);
+  for (const auto& [name, value] : given) {
+    v1::NamedValue& input = *spec.mutable_work()->add_inputs();
+    input.set_name(name);
+    input.set_value(value);
+  }
+  return spec;
+}
+
+TEST(InputsOf, HasEachThatIsGivenToWork) {
+  const v1::RegistrationSpec spec =
+      OfWork("template build",
+             {{"sources", "/one"}, {"board", "/board.json"}, {"other", "/x"}, {"sources", "/two"}});
+  const std::vector<JobInput> inputs = InputsOf(spec);
+  ASSERT_EQ(inputs.size(), 3u);
+  const char* const fields[] = {"spec.work.inputs.sources", "spec.work.inputs.sources",
+                                "spec.work.inputs.board"};
+  const char* const paths[] = {"/one", "/two", "/board.json"};
+  const int places[] = {0, 3, 1};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(inputs[i].field, fields[i]);
+    EXPECT_EQ(inputs[i].path, paths[i]);
+    EXPECT_EQ(inputs[i].of_work, places[i]);
+    EXPECT_TRUE(inputs[i].is_required);
+  }
+  EXPECT_EQ(inputs[0].what, "Recordings of the garment, or clouds of frames");
+  EXPECT_EQ(inputs[0].kind, v1::ITEM_KIND_DUMP);
+  EXPECT_EQ(inputs[2].kind, v1::ITEM_KIND_BOARD);
+  EXPECT_TRUE(CheckInputsGiven(spec).ok());
+}
+
+TEST(InputsOf, HasRequiredOnesOfWorkThatAreMissing) {
+  const v1::RegistrationSpec spec = OfWork("template build", {{"sources", "/one"}});
+  const std::vector<JobInput> inputs = InputsOf(spec);
+  ASSERT_EQ(inputs.size(), 2u);
+  EXPECT_EQ(inputs[1].field, "spec.work.inputs.board");
+  EXPECT_EQ(inputs[1].path, "");
+  EXPECT_EQ(inputs[1].of_work, -1);
+  EXPECT_EQ(CheckInputsGiven(spec),
+            absl::InvalidArgumentError("the field spec.work.inputs.board is empty: name Board of the cloth"));
+}
+
+TEST(InputsOf, HasNoneOfAKindThatThereIsNot) {
+  EXPECT_TRUE(InputsOf(OfWork("weave", {{"yarn", "/yarn"}})).empty());
+  EXPECT_TRUE(CheckInputsGiven(OfWork("weave", {})).ok());
+}
+
+TEST(SetInput, ReplacesTheOneOfWork) {
+  v1::RegistrationSpec spec =
+      OfWork("template build", {{"board", "/b"}, {"sources", "/one"}, {"sources", "/two"}});
+  const std::vector<JobInput> inputs = InputsOf(spec);
+  ASSERT_EQ(inputs.size(), 3u);
+  SetInput(inputs[1], "/three", &spec);
+  SetInput(inputs[2], "/c", &spec);
+  EXPECT_EQ(spec.work().inputs(0).value(), "/c");
+  EXPECT_EQ(spec.work().inputs(1).value(), "/one");
+  EXPECT_EQ(spec.work().inputs(2).value(), "/three");
+}
+
+TEST(CheckInputsGiven, SaysWhatToName) {
+  v1::RegistrationSpec spec = SpecWithAll();
+  spec.clear_garment();
+  EXPECT_EQ(CheckInputsGiven(spec),
+            absl::InvalidArgumentError("the field spec.garment is empty: name the template"));
+  spec.clear_rig();
+  EXPECT_EQ(CheckInputsGiven(spec), absl::InvalidArgumentError("the field spec.rig is empty: name the rig"));
+  spec = SpecWithAll();
+  spec.mutable_options()->set_scans(std::string("/a\0b", 4));
+  EXPECT_EQ(CheckInputsGiven(spec),
+            absl::InvalidArgumentError("the field spec.options.scans holds a zero byte"));
+}
+
+TEST(IsReadFrom, LooksAtTheInputsOfWork) {
+  const v1::RegistrationSpec spec = OfWork("template build", {{"sources", "/takes/one"}});
+  EXPECT_TRUE(IsReadFrom(spec, "/takes"));
+  EXPECT_TRUE(IsReadFrom(spec, "/takes/one"));
+  EXPECT_FALSE(IsReadFrom(spec, "/takes/on"));
 }
 
 }  // namespace
