@@ -95,5 +95,36 @@ TEST(ListInputs, NamesWhatIsMissing) {
   }
 }
 
+TEST(WorkKind, SaysWhatItsFramesAre) {
+  const WorkKind& registering = KindOf(Registering());
+  EXPECT_TRUE(registering.is_refined_later());
+  EXPECT_TRUE(registering.has_coverage());
+  EXPECT_EQ(registering.done_word(), "registered");
+  const WorkKind& driving = KindOf(WithAvatar());
+  EXPECT_FALSE(driving.has_coverage());
+  EXPECT_EQ(driving.done_word(), "driven");
+}
+
+TEST(WorkKind, UnknownOnesDoNothing) {
+  v1::Job job;
+  job.mutable_spec()->mutable_work()->set_kind("kn\tit");
+  const WorkKind& kind = KindOf(job.spec());
+  EXPECT_EQ(kind.done_word(), "done");
+  EXPECT_EQ(kind.order(), WorkKind::Order::kInSequence);
+  EXPECT_FALSE(kind.is_refined_later());
+  EXPECT_FALSE(kind.has_coverage());
+  v1::RegistrationOptions asked;
+  asked.set_preset("fastest");
+  ASSERT_TRUE(kind.Effective(asked).ok());
+  EXPECT_EQ(kind.Effective(asked)->preset(), "fastest");
+  const absl::Status why =
+      absl::UnimplementedError("spec.work.kind: \"kn\\x09it\" is none that this version of Weft does");
+  EXPECT_EQ(kind.Load(job.spec(), WorkKind::LoadFor::kTask).status(), why);
+  EXPECT_EQ(kind.FindIncomplete(job, {}).status(), why);
+  const auto fault = kind.FaultOf(job.spec());
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->why, "\"kn\\x09it\" is none that a daemon runs");
+}
+
 }  // namespace
 }  // namespace weft
