@@ -105,5 +105,55 @@ TEST_F(FrameFolderTest, WithoutAReportNothingIsComplete) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
+TEST_F(FrameFolderTest, AMeshThatIsNotListedIsAProblem) {
+  v1::FrameMesh& mesh = *report_.add_meshes();
+  mesh.set_name("body");
+  mesh.set_file("body.ply");
+  EXPECT_EQ(folder_.CheckAll(report_), "body.ply is not listed");
+}
+
+TEST_F(FrameFolderTest, ListsSizeAndChecksum) {
+  ASSERT_TRUE(folder_.PutMesh("body", 4, {{0, 1, 2}, {0, 2, 3}}, Text("body of bytes"), report_).ok());
+  ASSERT_EQ(report_.files_size(), 1);
+  EXPECT_EQ(report_.files(0).name(), "body.ply");
+  EXPECT_EQ(report_.files(0).bytes(), 13);
+  EXPECT_EQ(report_.files(0).checksum().size(), 16u);
+  EXPECT_EQ(report_.meshes(0).faces(), 2);
+  WriteBytes(folder_.path() + "/body.ply", "body of bytez");
+  EXPECT_EQ(folder_.CheckAll(report_), "body.ply is not as it was written");
+  report_.mutable_files(0)->set_bytes(14);
+  WriteBytes(folder_.path() + "/body.ply", "body of bytes");
+  EXPECT_EQ(folder_.CheckAll(report_), "body.ply is not as it was written");
+}
+
+TEST_F(FrameFolderTest, ErrorsOfWritersArePassedOn) {
+  const auto fails = [](const std::string&) { return absl::InternalError("the pen broke"); };
+  EXPECT_EQ(folder_.Put(FrameFile::kMesh, fails, report_), absl::InternalError("the pen broke"));
+  EXPECT_EQ(folder_.PutMesh("body", 3, {}, fails, report_), absl::InternalError("the pen broke"));
+  EXPECT_EQ(report_.files_size() + report_.meshes_size(), 0);
+  const auto writes_nothing = [](const std::string&) { return absl::OkStatus(); };
+  EXPECT_EQ(folder_.Put(FrameFile::kMesh, writes_nothing, report_).code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(FrameFolderTest, AReportOfAnotherFormatIsNone) {
+  ASSERT_TRUE(folder_.Commit(report_).ok());
+  const std::string path = folder_.PathOf(FrameFile::kReport);
+  EXPECT_EQ(folder_.Report()->format_version(), 1);
+  WriteBytes(path, "{\"format_version\": 2}");
+  EXPECT_EQ(folder_.Report().status(), absl::NotFoundError(folder_.path() + " holds no complete frame"));
+  WriteBytes(path, "{\"format_version\": 1}");
+  EXPECT_TRUE(folder_.Report().ok());
+}
+
+TEST_F(FrameFolderTest, AFrameIsOpenedWhereItIsThere) {
+  const std::string out = std::filesystem::canonical(temp_.path()).string() + "/out";
+  EXPECT_TRUE(FrameFolder::Open(out, "f", ConfinedFolder::IfMissing::kFail).ok());
+  EXPECT_EQ(FrameFolder::Open(out, "g", ConfinedFolder::IfMissing::kFail).status().code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_EQ(FrameFolder::Open(out + "/none", "f", ConfinedFolder::IfMissing::kFail).status().code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_FALSE(std::filesystem::exists(out + "/none"));
+}
+
 }  // namespace
 }  // namespace weft

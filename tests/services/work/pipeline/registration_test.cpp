@@ -2,6 +2,7 @@
 #include "services/work/pipeline/registration.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/work/pipeline/frame_folder.h"
+#include "tests/animation/recorded.h"
 #include "tests/services/work/pipeline/filmed_take.h"
 
 namespace weft {
@@ -179,6 +181,55 @@ TEST_F(RegistrationTest, FramesWithoutAScanAreWarnedOf) {
   EXPECT_EQ(AddExtraWarnings(spec, {0, 2}, **inputs).code(), absl::StatusCode::kInvalidArgument);
   spec.set_live_every(1);
   EXPECT_TRUE(AddExtraWarnings(spec, {0, 2}, **inputs).ok()) << "they may come";
+}
+
+// A report without what differs from run to run.
+std::string LastingText(v1::FrameReport report) {
+  for (v1::ViewReport& view : *report.mutable_views()) {
+    view.clear_read_ms(), view.clear_lattice_ms(), view.clear_colors_ms(), view.clear_growth_ms();
+    view.clear_refinement_ms(), view.clear_second_pass_ms(), view.clear_image_hash();
+  }
+  for (v1::AlignmentStage& stage : *report.mutable_mesh()->mutable_stages()) stage.clear_time_ms();
+  for (v1::StageTime& stage : *report.mutable_stages()) stage.clear_time_ms();
+  report.mutable_temporal()->clear_window(), report.mutable_temporal()->clear_time_ms();
+  report.clear_total_ms(), report.clear_peak_memory_mib(), report.clear_weft_version();
+  report.clear_images_fingerprint(), report.clear_inputs(), report.clear_options(), report.clear_keys();
+  report.clear_files();
+  std::string text;
+  EXPECT_TRUE(google::protobuf::TextFormat::PrintToString(report, &text));
+  return text;
+}
+
+// Of chains of solvers that end at a tolerance.
+constexpr double kOfSolvers = 1e-5;
+
+TEST_F(RegistrationTest, ReportsStayAsTheyAre) {
+  for (const char* frame : {"0000", "0001"})
+    ExpectRecorded(LastingText(ReportOf(filmed_take->out, frame)), std::string(".") + frame, kOfSolvers);
+}
+
+TEST_F(RegistrationTest, CloudsAndMeshesStayAsTheyAre) {
+  Recorded recorded;
+  for (const char* frame : {"0000", "0001"}) {
+    const std::string path = filmed_take->out + "/" + frame;
+    const auto cloud = ReadCloud(path + "/cloud.ply");
+    ASSERT_TRUE(cloud.ok()) << cloud.status();
+    std::vector<Eigen::Vector3d> points_mm;
+    std::vector<double> sigmas_mm;
+    for (const CloudPoint& point : cloud->points) {
+      points_mm.push_back(point.position_mm);
+      sigmas_mm.push_back(point.sigma_mm);
+    }
+    recorded.Add("points_mm", points_mm);
+    recorded.Add("sigmas_mm", sigmas_mm);
+    for (const char* file : {"/mesh.ply", "/unrefined.ply"}) {
+      const auto mesh = ReadRegisteredMesh(path + file);
+      ASSERT_TRUE(mesh.ok()) << mesh.status();
+      recorded.Add(std::string("vertices_mm of ") + file, mesh->vertices_mm);
+      recorded.Add(std::string("sigma_mm of ") + file, mesh->sigma_mm);
+    }
+  }
+  recorded.Expect(kOfSolvers);
 }
 
 }  // namespace

@@ -203,5 +203,70 @@ TEST_F(ResultsCheckTest, OutMayNotLieInWhatIsRead) {
   }
 }
 
+TEST_F(ResultsCheckTest, SaysWhereAndWhyInFull) {
+  Change(0, [](v1::FrameReport& report) { report.set_frame("f9"); });
+  Change(1, [](v1::FrameReport& report) { report.clear_keys(); });
+  Change(2, [](v1::FrameReport& report) { report.set_images_fingerprint("another"); });
+  infos_[4].set_state(v1::FRAME_STATE_FAILED);
+  WriteBytes(File(3, "report.json"), "{");
+  const auto found = FindIncompleteFrames(job_, infos_);
+  ASSERT_TRUE(found.ok()) << found.status();
+  const char* const why[] = {"was computed from something else", "was computed from something else",
+                             "its images, scan or start changed since they were read",
+                             "report.json is missing, damaged or of an older format",
+                             "is in another state than its report says"};
+  ASSERT_EQ(found->size(), 5u);
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ((*found)[i].position, i);
+    EXPECT_EQ((*found)[i].why, why[i]);
+    EXPECT_EQ((*found)[i].inputs_changed, i == 2);
+  }
+}
+
+TEST_F(ResultsCheckTest, AFailedFrameThatReportsSuccessIsIncomplete) {
+  infos_[3].set_state(v1::FRAME_STATE_DEGRADED);
+  EXPECT_THAT(Incomplete(), ElementsAre("f3: is in another state than its report says"));
+  infos_[3].set_state(v1::FRAME_STATE_CANCELLED);
+  EXPECT_THAT(Incomplete(), IsEmpty());
+}
+
+TEST_F(ResultsCheckTest, FramesWithoutFolderAreIncomplete) {
+  fs::remove_all(folder_ / "f1");
+  const auto found = FindIncompleteFrames(job_, infos_);
+  ASSERT_TRUE(found.ok()) << found.status();
+  ASSERT_EQ(found->size(), 1u);
+  EXPECT_EQ(found->front().position, 1u);
+  EXPECT_FALSE(found->front().inputs_changed);
+  fs::remove_all(folder_.path());
+  EXPECT_THAT(Incomplete(),
+              ElementsAre("f0: its folder is gone", "f1: its folder is gone", "f2: its folder is gone",
+                          "f3: its folder is gone", "f4: its folder is gone"));
+  fs::create_directory(folder_.path());
+}
+
+TEST_F(ResultsCheckTest, FramesAloneNeedNoNeighbours) {
+  Change(1, [](v1::FrameReport& report) {
+    report.clear_temporal();
+    report.mutable_options()->set_frames_alone(true);
+  });
+  EXPECT_THAT(Incomplete(), IsEmpty());
+}
+
+TEST_F(ResultsCheckTest, AFirstFrameThatFailedIsRefinedByTheNext) {
+  infos_[0].set_state(v1::FRAME_STATE_FAILED);
+  Change(0, [](v1::FrameReport& report) {
+    report.set_state(v1::FRAME_STATE_FAILED);
+    report.clear_temporal();
+  });
+  EXPECT_THAT(Incomplete(), ElementsAre("f1: its neighbours' refinement is missing"));
+}
+
+TEST(TooManyRepairs, SaysWhatKeepsHappening) {
+  EXPECT_EQ(
+      TooManyRepairs("/out", "f1", "mesh.ply is missing"),
+      absl::AbortedError("/out: frame f1: mesh.ply is missing, although it was registered several times; "
+                         "keep other programs from changing its files, and register again"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -235,5 +235,69 @@ TEST(StageReports, PlacesAndScansAreToldAsTheyAre) {
   EXPECT_EQ(ScanText(scan), plain);
 }
 
+// Columns of the cloud go on beyond the board, or beyond the template: 40 distances of the template are known
+// along the rows, too few.
+TEST(StageReports, CellsOfNoVertexMeasureNothing) {
+  constexpr int kRows = 40;
+  Cloud cloud;
+  for (int row = 0; row < kRows; ++row)
+    for (int col = 0; col < 6; ++col) {
+      CloudPoint point;
+      point.node = {row, col}, point.views = 4, point.sigma_mm = 1e-3;
+      point.position_mm = 4.0 * Eigen::Vector3d(col, row, 0);
+      cloud.points.push_back(point);
+    }
+  struct Case {
+    int board_cols, first_col, last_col;
+    bool has_scale;
+  };
+  for (const Case& of :
+       {Case{3, 1, 2, false}, Case{6, 1, 2, false}, Case{6, 1, 4, true}, Case{4, 1, 4, true}}) {
+    Board board;
+    board.rows = kRows, board.cols = of.board_cols, board.cell_mm = 4;
+    Template garment;
+    for (int row = 0; row < kRows; ++row)
+      for (int col = of.first_col; col <= of.last_col; ++col) {
+        garment.node_of_vertex.push_back({row, col});
+        garment.rest.vertices_mm.emplace_back(4.0 * Eigen::Vector3d(col, row, 7));
+      }
+    v1::CloudReport report;
+    DescribeScale(cloud, board, garment, report);
+    EXPECT_TRUE(report.has_print_scale());
+    EXPECT_EQ(report.has_template_scale(), of.has_scale) << of.board_cols << " " << of.last_col;
+    if (of.has_scale) {
+      EXPECT_NEAR(report.template_scale(), 1, 1e-9);
+    }
+  }
+}
+
+// Cells of two parts have no distance in common, and no size is none.
+TEST(StageReports, PartsAreMeasuredOnTheirOwn) {
+  Board board;
+  board.rows = 40, board.cols = 14;
+  board.parts.resize(2);
+  board.parts[0].rows = 20, board.parts[0].cell_mm = 4;
+  board.parts[1].first_row = 20, board.parts[1].rows = 20, board.parts[1].cell_mm = 2;
+  Cloud cloud;
+  for (int row = 0; row < board.rows; ++row)
+    for (int col = 0; col < board.cols; ++col) {
+      CloudPoint point;
+      point.node = {row, col}, point.views = 4, point.sigma_mm = 1e-3;
+      point.position_mm = (row < 20 ? 4.0 : 2.0) * 1.02 * Eigen::Vector3d(col, row, 0);
+      cloud.points.push_back(point);
+    }
+  v1::CloudReport report;
+  DescribeScale(cloud, board, Template(), report);
+  EXPECT_NEAR(report.print_scale(), 1.02, 1e-4);
+  board.parts[1].cell_mm = 0;
+  v1::CloudReport of_one;
+  DescribeScale(cloud, board, Template(), of_one);
+  EXPECT_NEAR(of_one.print_scale(), 1.02, 1e-4);
+  board.parts[0].cell_mm = 0;
+  v1::CloudReport of_none;
+  DescribeScale(cloud, board, Template(), of_none);
+  EXPECT_FALSE(of_none.has_print_scale());
+}
+
 }  // namespace
 }  // namespace weft
