@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -37,6 +38,14 @@ TEST(CanonicalAxes, AreRotationsOnBentClothAndOfFlatPoints) {
       EXPECT_LT((r.transpose() * r - Eigen::Matrix3f::Identity()).norm(), 1e-4f);
       EXPECT_NEAR(r.determinant(), 1, 1e-4);
     }
+}
+
+TEST(CanonicalAxes, OfWavingClothStayAsTheyAre) {
+  const Template garment = WavingTube::Garment();
+  const MeshGraph graph = BuildMeshGraph(garment.rest);
+  Recorded recorded;
+  recorded.Add("axes", CanonicalAxes(garment.rest, graph).RotationsOf(WavingTube::At(12, 3)));
+  recorded.Expect();
 }
 
 }  // namespace

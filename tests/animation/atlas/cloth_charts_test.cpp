@@ -7,6 +7,7 @@
 #include <set>
 
 #include "animation/atlas/atlas.h"
+#include "tests/animation/recorded.h"
 
 namespace weft {
 namespace {
@@ -190,6 +191,64 @@ TEST(AtlasOfTexture, BothSidesOfASeamShowTheOther) {
   }
   EXPECT_GT(of_first, 10);
   EXPECT_GT(of_second, 10);
+}
+
+TEST(AtlasOfTexture, ImagesStayAsTheyAre) {
+  Recorded recorded;
+  for (const auto& [name, garment] : {std::pair<std::string, GarmentMesh>("tube", UnwrappedTube()),
+                                      std::pair<std::string, GarmentMesh>("two", TwoCharts())}) {
+    auto charts = ChartsOfTexture(garment);
+    ASSERT_TRUE(charts.ok()) << charts.status();
+    for (const double cells : {1.0, 2.5}) {
+      for (auto& corners : charts->corner_cells)
+        for (Eigen::Vector2d& corner : corners) corner *= cells;
+      for (Eigen::Vector2d& vertex : charts->vertex_cells) vertex *= cells;
+      const auto atlas = Atlas::Build(garment, *charts, {.level = 0, .gutter = 2, .multiple = 4});
+      ASSERT_TRUE(atlas.ok()) << atlas.status();
+      std::vector<int> kinds;
+      for (const TexelKind kind : atlas->kinds()) kinds.push_back(static_cast<int>(kind));
+      AtlasImage image = atlas->Gather(FieldAlong(garment), 1);
+      const std::string of = name + " x " + std::to_string(cells).substr(0, 3);
+      recorded.Add(of + " width", atlas->width());
+      recorded.Add(of + " height", atlas->height());
+      recorded.Add(of + " kinds", kinds);
+      recorded.Add(of + " image", image.values);
+      recorded.Add(of + " back", atlas->Scatter(std::move(image)));
+    }
+  }
+  recorded.Expect();
+}
+
+TEST(ChartsOfTexture, VerticesLieWhereTheirFirstFaceHasThem) {
+  const auto charts = ChartsOfTexture(TwoCharts());
+  ASSERT_TRUE(charts.ok()) << charts.status();
+  EXPECT_EQ(charts->seam_mm, 12 * 5);
+  for (size_t v = 0; v < charts->of_vertex.size(); ++v) EXPECT_EQ(charts->of_vertex[v], v % 25 > 12 ? 1 : 0);
+  // The first chart lies upside down in the image, and begins with the middle of a cell.
+  EXPECT_LT((charts->vertex_cells[0] - Eigen::Vector2d(0.5, 12.5)).norm(), 1e-3);
+  EXPECT_LT((charts->vertex_cells[12 * 25 + 12] - Eigen::Vector2d(12.5, 0.5)).norm(), 1e-3);
+  // The second is mirrored as well.
+  EXPECT_LT((charts->vertex_cells[24] - Eigen::Vector2d(0.5, 12.5)).norm(), 1e-3);
+}
+
+TEST(ChartsOfTexture, RefusesEdgesWithoutLength) {
+  GarmentMesh garment = TwoCharts();
+  for (Eigen::Vector3d& p : garment.rest.vertices_mm) p.setZero();
+  EXPECT_EQ(WhyNot(garment), "most edges of the mesh have no length; merge vertices by distance");
+}
+
+// Cells of one panel are joined from neighbour to neighbour, also across a diagonal.
+TEST(ChartsOnBoard, PanelsEndWhereTheBoardDoesNotGoOn) {
+  Template garment;
+  for (int v = 0; v < 6; ++v) garment.rest.vertices_mm.emplace_back(10 * v, v % 2, 0);
+  garment.rest.faces = {{0, 1, 2}, {1, 2, 3}, {2, 3, 4}, {3, 4, 5}};
+  garment.node_of_vertex = {{3, 3, NodeKind::kCenter}, {4, 4, NodeKind::kCenter},
+                            {4, 3, NodeKind::kCenter}, {},
+                            {9, 9, NodeKind::kCenter}, {9, 11, NodeKind::kCenter}};
+  const ClothCharts charts = ChartsOnBoard(garment);
+  EXPECT_EQ(charts.charts, 3);
+  EXPECT_EQ(charts.of_vertex, (std::vector<int>{0, 0, 0, -1, 1, 2}));
+  EXPECT_EQ(charts.vertex_cells[0], garment.node_of_vertex[0].PlaceInCells());
 }
 
 }  // namespace

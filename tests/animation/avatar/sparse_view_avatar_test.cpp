@@ -6,9 +6,16 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "alignment/mesh_graph.h"
 #include "animation/sparse_view/sigma_calibration.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -117,6 +124,57 @@ TEST(SparseViewAvatar, RefusesFramesThatDoNotFit) {
       },
       stop.get_token());
   EXPECT_TRUE(absl::IsCancelled(stopped.status()));
+}
+
+void RecordAvatar(const SparseViewAvatar& avatar, Recorded& recorded) {
+  for (const AvatarTable& table : TablesOf(avatar)) recorded.Add(table.name, table.values);
+  for (const SigmaCheck& check : {avatar.held_out_check, avatar.left_out_check}) {
+    recorded.Add("frames", check.frames);
+    recorded.Add("one", check.within_one);
+    recorded.Add("two", check.within_two);
+  }
+}
+
+TEST(SparseViewAvatar, StaysAsItIs) {
+  Recorded recorded;
+  std::vector<std::pair<std::string, double>> told;
+  const auto avatar =
+      TrainSparseView(WavingTube::Garment(), WavingTube::Frames(3, 24),
+                      {.components = 3, .calibration_frames = 6}, [&](std::string_view stage, double share) {
+                        if (stage == "sigma") told.emplace_back(stage, share);
+                        EXPECT_GE(share, 0);
+                        EXPECT_LE(share, 1);
+                      });
+  ASSERT_TRUE(avatar.ok()) << avatar.status();
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_NEAR(told[0].second, 0.35, 1e-12) << "without the first of two motions";
+  EXPECT_NEAR(told[1].second, 0.7, 1e-12);
+  EXPECT_EQ(told[2].second, 1);
+  RecordAvatar(*avatar, recorded);
+  recorded.Expect();
+}
+
+// Of more frames than are asked for evenly chosen ones are learnt from, and no two follow each other.
+TEST(SparseViewAvatar, LearnsFromAsManyFramesAsItMay) {
+  TrainingFrames frames = WavingTube::Frames(2, 50);
+  frames.takes[1].held_out = false;
+  std::set<std::pair<int, int>> read;
+  frames.read = [&](int take, int frame) {
+    read.emplace(take, frame);
+    return WavingTube::At(frame, take);
+  };
+  const auto avatar = LearnSparseView(WavingTube::Garment(), frames, {.components = 3, .max_frames = 18});
+  ASSERT_TRUE(avatar.ok()) << avatar.status();
+  EXPECT_EQ(avatar->training_frames, 18);
+  EXPECT_EQ(avatar->held_out_frames, 10);
+  std::set<std::pair<int, int>> expected;
+  for (int k = 0; k < 18; ++k) expected.emplace(k / 9, 5 * (k % 9));
+  EXPECT_EQ(read, expected);
+  EXPECT_EQ(avatar->acceleration, std::vector<float>(3, 10)) << "nothing is known of how shapes change";
+  for (const auto& of_cameras : avatar->sigma.of)
+    for (const float factor : of_cameras) EXPECT_EQ(factor, 1);
+  EXPECT_EQ(avatar->fps, 30);
+  EXPECT_EQ(avatar->template_hash, WavingTube::Garment().ContentHash());
 }
 
 }  // namespace

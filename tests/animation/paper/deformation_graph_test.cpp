@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "alignment/mesh_graph.h"
+#include "animation/paper/graph_prior.h"
 #include "base/counter_random.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -137,6 +139,61 @@ TEST(DeformationGraph, RefusesBadOptions) {
   options = {};
   options.nodes_of_vertex = 0;
   EXPECT_FALSE(BuildDeformationGraph(mesh, BuildMeshGraph(mesh), options).ok());
+}
+
+TEST(DeformationGraph, OfTheTubeStaysAsItIs) {
+  const DeformationGraph graph = GraphOf(WavingTube::Garment().rest, 12);
+  const GraphPose pose = RandomPose(graph, 0.4, 15);
+  const auto motions = PlaceNodes(graph, SomeMotion(), pose);
+  Recorded recorded;
+  recorded.Add("node", graph.node);
+  recorded.Add("parent", graph.parent);
+  recorded.Add("skin_node", graph.skin_node);
+  recorded.Add("skin_weight", graph.skin_weight);
+  recorded.Add("adjacent", graph.adjacent);
+  recorded.Add("motions", motions);
+  recorded.Add("mesh", SkinnedMesh(graph, motions));
+  recorded.Add("units", PoseUnits(graph, 10));
+  recorded.Expect();
+}
+
+TEST(DeformationGraph, HasNoMoreNodesThanTheMeshHasVertices) {
+  const TriangleMesh mesh = Strip(2, 2);
+  const DeformationGraph graph = GraphOf(mesh, 100);
+  EXPECT_EQ(graph.nodes(), 4);
+  EXPECT_EQ(graph.skin_node.size(), 20u);
+  const auto moved = SkinnedMesh(graph, PlaceNodes(graph, SomeMotion(), GraphPose::Zero(6, 4)));
+  for (size_t v = 0; v < 4; ++v) EXPECT_LT((moved[v] - SomeMotion() * mesh.vertices_mm[v]).norm(), 1e-9);
+  TriangleMesh point;
+  point.vertices_mm = {{0, 0, 0}};
+  EXPECT_EQ(BuildDeformationGraph(point, BuildMeshGraph(point), {}).status().message(),
+            "graph: the mesh has fewer than two vertices");
+}
+
+// Turns so small that a quotient would be rough, and others just beyond.
+TEST(DeformationGraph, SmallTurnsAreExact) {
+  const DeformationGraph graph = GraphOf(Strip(), 3);
+  for (const double turn : {1e-9, 0.9e-6, 1.1e-6, 0.9e-3, 1.1e-3}) {
+    const GraphPose pose = RandomPose(graph, turn, 0);
+    const auto motions = PlaceNodes(graph, Eigen::Isometry3d::Identity(), pose);
+    for (int i = 1; i < 3; ++i) {
+      const Eigen::Vector3d by = pose.col(i).head<3>();
+      const Eigen::Matrix3d own = motions[static_cast<size_t>(graph.parent[i])].linear().transpose() *
+                                  motions[static_cast<size_t>(i)].linear();
+      EXPECT_LT((own - Eigen::AngleAxisd(by.norm(), by.normalized()).toRotationMatrix()).norm(), 1e-14);
+    }
+    Eigen::MatrixXd ways = Eigen::MatrixXd::Zero(18, 1);
+    for (int k = 0; k < 3; ++k) ways(6 + k, 0) = pose(k, 1);
+    // A turn that goes on about its own axis has just that angular velocity.
+    const auto velocities = VelocitiesOf(graph, pose, motions, ways);
+    EXPECT_LT((velocities[1].topRows<3>() - pose.col(1).head<3>()).norm(), 1e-9 * turn);
+    // About another axis it is (1 - cos) / angle^2 of the cross product off.
+    ways.setZero();
+    ways(6, 0) = 1;
+    const Eigen::Vector3d v = pose.col(1).head<3>(), x = Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d expected = x + 0.5 * v.cross(x) + v.cross(v.cross(x)) / 6;
+    EXPECT_LT((VelocitiesOf(graph, pose, motions, ways)[1].topRows<3>() - expected).norm(), 1e-9);
+  }
 }
 
 }  // namespace

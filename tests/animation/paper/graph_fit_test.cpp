@@ -8,6 +8,7 @@
 #include "alignment/mesh_graph.h"
 #include "alignment/placement.h"
 #include "base/counter_random.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -87,6 +88,41 @@ TEST_F(GraphFitTest, RefusesOtherMeshes) {
   EXPECT_EQ(fit.Fit(mesh).status().code(), absl::StatusCode::kInvalidArgument);
   mesh.emplace_back(0, std::numeric_limits<double>::quiet_NaN(), 0);
   EXPECT_EQ(fit.Fit(mesh).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(GraphFitTest, MotionsStayAsTheyAre) {
+  Recorded recorded;
+  for (const double distortion : {0.02, 1.0}) {
+    GraphFitOptions options;
+    options.distortion = distortion;
+    options.max_steps = 3;
+    GraphFit fit(graph_, options);
+    const auto first = *fit.Fit(WavingTube::Shape(0.6, 0.3, 0.02));
+    recorded.Add("first", first);
+    recorded.Add("next", *fit.Fit(WavingTube::Shape(0.7, 0.2, 0.01), first));
+  }
+  recorded.Expect();
+}
+
+TEST_F(GraphFitTest, EndsWhereNoNodeMovesFurther) {
+  GraphFitOptions options;
+  options.tolerance_mm = 1e9;
+  GraphFit fit(graph_, options);
+  options.tolerance_mm = 0;
+  options.max_steps = 1;
+  GraphFit once(graph_, options);
+  const auto bent = WavingTube::Shape(0.8, 0.3, 0);
+  const auto a = *fit.Fit(bent), b = *once.Fit(bent);
+  for (size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].matrix(), b[i].matrix());
+}
+
+TEST_F(GraphFitTest, SaysWhatIsWrongWithAMesh) {
+  GraphFit fit(graph_, {});
+  std::vector<Eigen::Vector3d> mesh = rest_.vertices_mm;
+  mesh.pop_back();
+  EXPECT_EQ(fit.Fit(mesh).status().message(), "graph fit: the mesh has 383 vertices, the graph 384");
+  mesh.emplace_back(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  EXPECT_EQ(fit.Fit(mesh).status().message(), "graph fit: the mesh has a vertex that is not finite");
 }
 
 }  // namespace

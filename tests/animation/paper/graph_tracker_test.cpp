@@ -7,6 +7,7 @@
 #include "alignment/mesh_graph.h"
 #include "animation/paper/graph_fit.h"
 #include "animation/paper/graph_prior.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -105,6 +106,71 @@ TEST_F(GraphTrackerTest, TooFewRaysAreALoss) {
   std::vector<VertexRay> rays = RaysAt(WavingTube::At(0, 0), 2);
   rays.resize(20);
   EXPECT_TRUE(tracker.Follow(rays).lost);
+}
+
+TEST_F(GraphTrackerTest, TracksStayAsTheyAre) {
+  Recorded recorded;
+  recorded.Add("units", prior_.unit);
+  recorded.Add("weight", prior_.layers[0].weight);
+  recorded.Add("bias", prior_.layers[0].bias);
+  GraphTrackerOptions options;
+  for (const int most : {1500, 150}) {
+    options.max_rays = most;
+    GraphTracker tracker(graph_, prior_, options);
+    for (const int frame : {1, 5, 25}) {
+      const TrackedGraph found = tracker.Follow(RaysAt(WavingTube::At(frame, 3), 2));
+      recorded.Add("root", found.state.root.matrix());
+      recorded.Add("z", found.state.z);
+      recorded.Add("agreeing", found.agreeing_share);
+    }
+  }
+  recorded.Expect();
+}
+
+// Rays that agree with no mesh of the prior: the frame is lost, and the next one is found without it.
+TEST_F(GraphTrackerTest, ALossIsForgotten) {
+  GraphTracker tracker(graph_, prior_, {}), fresh(graph_, prior_, {});
+  ASSERT_FALSE(tracker.Follow(RaysAt(WavingTube::At(1, 3), 2)).lost);
+  std::vector<VertexRay> scattered = RaysAt(WavingTube::At(2, 3), 2);
+  for (size_t i = 0; i < scattered.size(); ++i) {
+    const auto k = static_cast<uint64_t>(3 * i);
+    scattered[i].direction += 0.15 * Eigen::Vector3d(NormalOf(2, k), NormalOf(2, k + 1), NormalOf(2, k + 2));
+    scattered[i].direction.normalize();
+  }
+  const TrackedGraph lost = tracker.Follow(scattered);
+  EXPECT_TRUE(lost.lost);
+  EXPECT_LT(lost.agreeing_share, 0.5);
+  EXPECT_GT(lost.agreeing_share, 0);
+  const auto rays = RaysAt(WavingTube::At(3, 3), 2);
+  const TrackedGraph again = tracker.Follow(rays), first = fresh.Follow(rays);
+  EXPECT_FALSE(again.lost);
+  EXPECT_EQ(again.state.root.matrix(), first.state.root.matrix());
+  EXPECT_EQ(again.state.z, first.state.z);
+  tracker.Reset();
+  EXPECT_EQ(tracker.Follow(rays).state.z, first.state.z);
+}
+
+TEST_F(GraphTrackerTest, SixtyRaysAreEnough) {
+  GraphTracker tracker(graph_, prior_, {});
+  std::vector<VertexRay> rays = RaysAt(WavingTube::At(0, 0), 2), some;
+  for (size_t i = 0; i < 60; ++i) some.push_back(rays[i * rays.size() / 60]);
+  EXPECT_FALSE(tracker.Follow(some).lost);
+  some.pop_back();
+  EXPECT_TRUE(tracker.Follow(some).lost);
+}
+
+TEST_F(GraphTrackerTest, APriorIsNotOfFewerPosesThanItsComponents) {
+  const auto units = PoseUnits(graph_, kPoseUnitMm);
+  EXPECT_EQ(LearnLinearPrior({poses_[0]}, units, 6).status().message(),
+            "prior of the graph: at least two poses are needed");
+  EXPECT_EQ(LearnLinearPrior({poses_[0], poses_[7]}, units, 6)->latents(), 1);
+  // The one component is half of the way from one to the other, up to its sign.
+  const GraphPrior prior = *LearnLinearPrior({poses_[0], poses_[7]}, units, 6);
+  const Eigen::VectorXd ahead = NumbersOf(prior.Decode(Eigen::VectorXd::Ones(1), nullptr)),
+                        behind = NumbersOf(prior.Decode(-Eigen::VectorXd::Ones(1), nullptr));
+  const double near = 1e-3 * (poses_[7] - poses_[0]).norm();
+  EXPECT_LT(std::min((ahead - poses_[0]).norm(), (ahead - poses_[7]).norm()), near);
+  EXPECT_LT(std::min((behind - poses_[0]).norm(), (behind - poses_[7]).norm()), near);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "alignment/mesh_graph.h"
 #include "animation/paper/graph_fit.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -132,6 +133,59 @@ TEST(PixelAvatar, ItsTablesBringItBack) {
   EXPECT_THAT(std::string(read.Validate().message()), HasSubstr("no layers"));
   tables.erase(tables.begin());
   EXPECT_THAT(std::string(TakeTables(tables, &read).message()), HasSubstr("graph"));
+}
+
+TEST(PixelDriver, MeshesStayAsTheyAre) {
+  auto driver = PixelDriver::Create(WavingTube::Garment(), TubeOfPixels());
+  ASSERT_TRUE(driver.ok()) << driver.status();
+  Recorded recorded;
+  for (const int frame : {17, 18}) {
+    const TubeBeforeTwo tube(WavingTube::At(frame, 3));
+    const auto driven = driver->Drive(tube.views());
+    ASSERT_TRUE(driven.ok()) << driven.status();
+    recorded.Add("carrier", driven->carrier_mm);
+    recorded.Add("position", driven->position_mm);
+  }
+  recorded.Expect();
+  const TubeBeforeTwo tube(WavingTube::At(19, 3));
+  std::vector<DrivingView> dark = tube.views();
+  for (DrivingView& view : dark) view.observations = view.observations.first(20);
+  const auto lost = driver->Drive(dark);
+  ASSERT_TRUE(lost.ok()) << lost.status();
+  EXPECT_TRUE(lost->lost);
+  EXPECT_TRUE(lost->carrier_mm.empty());
+  EXPECT_TRUE(lost->position_mm.empty());
+}
+
+// Of two cells with one name the more confident one counts, whichever comes first; strange cells do not.
+TEST(PixelFeatures, AreOfTheMoreConfidentCell) {
+  const Template garment = WavingTube::Garment();
+  const NodeVertices nodes(garment);
+  const CameraModel camera = CameraAt("c", 0, Eigen::Vector3d::Zero());
+  const int vertex = 100;
+  const Eigen::Vector2d at = *camera.Project(garment.rest.vertices_mm[vertex]);
+  const VertexNode& node = garment.node_of_vertex[vertex];
+  const BoardNode name{node.row, node.col, node.kind};
+  Observation sure{at.x() + 3, at.y() - 2, name, 0.1f, 0.9f}, doubtful{at.x() + 8, at.y(), name, 0.1f, 0.4f},
+      strange{at.x(), at.y(), {99, 99, NodeKind::kCenter}, 0.1f, 1}, far = sure;
+  for (const std::vector<Observation>& seen :
+       {std::vector<Observation>{sure, doubtful, strange}, {doubtful, strange, sure}}) {
+    const std::vector<DrivingView> views = {{&camera, seen}};
+    const auto features = PixelFeatures(views, nodes, garment.rest.vertices_mm);
+    EXPECT_NEAR(features[vertex * kPixelFeatures], 0.3, 1e-6);
+    EXPECT_NEAR(features[vertex * kPixelFeatures + 1], -0.2, 1e-6);
+    EXPECT_EQ(features[vertex * kPixelFeatures + 2], 0);
+  }
+  far.x_px += 1000, far.y_px -= 1000;
+  const std::vector<Observation> seen = {far};
+  const std::vector<DrivingView> views = {{&camera, seen}};
+  const auto features = PixelFeatures(views, nodes, garment.rest.vertices_mm);
+  EXPECT_EQ(features[vertex * kPixelFeatures], 5);
+  EXPECT_EQ(features[vertex * kPixelFeatures + 1], -5);
+  // A third camera is passed over.
+  const CameraModel a = CameraAt("a", 0, {0, 0, 0}), b = CameraAt("b", 120, {0, 0, 0});
+  const std::vector<DrivingView> three = {{&a, {}}, {&b, {}}, {&camera, seen}};
+  for (const float f : PixelFeatures(three, nodes, garment.rest.vertices_mm)) EXPECT_EQ(f, 0);
 }
 
 }  // namespace

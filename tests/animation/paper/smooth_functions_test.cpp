@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "alignment/mesh.h"
+#include "tests/animation/recorded.h"
 
 namespace weft {
 namespace {
@@ -57,6 +58,23 @@ TEST(RandomMixes, AreSmoothAndOfTheScale) {
   for (int i = 0; i < 12; ++i) expected += 0.5 * 4 * std::exp(-i / 10.0);
   EXPECT_NEAR(squares, expected, 0.3 * expected);
   EXPECT_LT(steps, 0.1 * squares);
+}
+
+TEST(SmoothFunctions, StayAsTheyAre) {
+  const Eigen::MatrixXf functions = *SmoothFunctions(LongStrip(), 10);
+  Recorded recorded;
+  recorded.Add("functions", functions);
+  for (const uint64_t key : {1, 2, 3}) recorded.Add("mix", RandomMix(functions, 2, key));
+  recorded.Expect();
+}
+
+TEST(SmoothFunctions, OfFewVerticesAreAsMany) {
+  TriangleMesh mesh;
+  mesh.vertices_mm = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 10, 0}};
+  mesh.faces = {{0, 1, 2}, {1, 3, 2}};
+  const Eigen::MatrixXf functions = *SmoothFunctions(BuildMeshGraph(mesh), 12);
+  EXPECT_EQ(functions.rows(), 4);
+  EXPECT_EQ(functions.cols(), 4);
 }
 
 }  // namespace

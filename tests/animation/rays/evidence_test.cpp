@@ -109,5 +109,83 @@ TEST(Evidence, NamesWhatIsWrongWithAView) {
   EXPECT_THAT(RaysOf(broken, nodes, 0.3).status().message(), HasSubstr("node 2, 3 is not finite"));
 }
 
+TEST(Evidence, OfTwoAsConfidentTheSharperCountsAndThenTheLeftAndUpper) {
+  const CameraModel a = CameraAt("a", 0, {0, 0, 0});
+  const NodeVertices nodes(SmallGarment());
+  const auto ray_of = [&](std::vector<Observation> seen) {
+    const std::vector<DrivingView> views = {{&a, seen}};
+    return RaysOf(views, nodes, 0.3)->at(0);
+  };
+  const Observation base = Seen(a, {4, 5, 6}, {2, 3, NodeKind::kCenter});
+  Observation sharper = base, right = base, lower = base;
+  sharper.sigma_px = 0.05f, sharper.x_px += 9;
+  right.x_px += 5;
+  lower.y_px += 5;
+  for (const auto& [better, worse] :
+       {std::pair(sharper, base), std::pair(base, right), std::pair(base, lower), std::pair(lower, right)}) {
+    const Eigen::Vector3d expected = ray_of({better}).direction;
+    EXPECT_EQ(ray_of({better, worse}).direction, expected);
+    EXPECT_EQ(ray_of({worse, better}).direction, expected);
+  }
+  const VertexRay ray = ray_of({base});
+  EXPECT_NEAR(ray.sigma_rad, std::hypot(0.1, 0.3) / 2600, 1e-9);
+  EXPECT_EQ(ray.focal_px, 2600);
+  EXPECT_EQ(ray.origin_mm, a.CenterWorld());
+}
+
+TEST(Evidence, EveryNumberOfAnObservationIsChecked) {
+  const NodeVertices nodes(SmallGarment());
+  const CameraModel a = CameraAt("a", 0, {0, 0, 0});
+  const Observation good = Seen(a, {4, 5, 6}, {2, 3, NodeKind::kCenter});
+  const auto why_not = [&](const Observation& observation) {
+    const std::vector<Observation> seen = {good, observation};
+    const std::vector<DrivingView> views = {{&a, seen}};
+    return std::string(RaysOf(views, nodes, 0.3).status().message());
+  };
+  EXPECT_EQ(why_not(good), "");
+  for (const int field : {0, 1, 2, 3}) {
+    Observation bad = good;
+    if (field == 0) bad.x_px = std::numeric_limits<double>::infinity();
+    if (field == 1) bad.y_px = std::numeric_limits<double>::infinity();
+    if (field == 2) bad.sigma_px = -0.1f;
+    if (field == 3) bad.sigma_px = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(why_not(bad), "camera a: the observation of node 2, 3 is not finite, or has a negative sigma");
+  }
+  Observation exact = good;
+  exact.sigma_px = 0;
+  EXPECT_EQ(why_not(exact), "");
+  CameraModel broken = a;
+  broken.fx_px = 0;
+  const std::vector<DrivingView> views = {{&broken, {}}};
+  EXPECT_FALSE(RaysOf(views, nodes, 0.3).ok());
+}
+
+TEST(Evidence, NodesAreNamedByRowColumnAndKind) {
+  const NodeVertices nodes(SmallGarment());
+  EXPECT_EQ(nodes.VertexOf({2, 3, NodeKind::kCenter}), 0);
+  EXPECT_EQ(nodes.VertexOf({2, 4, NodeKind::kCenter}), 1);
+  EXPECT_EQ(nodes.VertexOf({2, 4, NodeKind::kCorner}), 2);
+  for (const BoardNode& none : {BoardNode{2, 3, NodeKind::kCorner},
+                                {3, 3, NodeKind::kCenter},
+                                {-1, 3, NodeKind::kCenter},
+                                {2, -1, NodeKind::kCenter},
+                                {-1, -1, NodeKind::kCenter},
+                                {4, 2, NodeKind::kCenter}})
+    EXPECT_EQ(nodes.VertexOf(none), -1) << none.row << " " << none.col;
+}
+
+TEST(Evidence, CountsByWeightAndDistance) {
+  const VertexRay ray{0, 0, {0, 0, -1000}, {0, 0, 1}, 1e-3, 2600};
+  RayEvidence evidence;
+  evidence.Add(ray, {0, 0, 0}, 2);
+  // Sigma is 1 mm there.
+  EXPECT_LT((evidence.information - Eigen::Matrix3d(Eigen::Vector3d(2, 2, 0).asDiagonal())).norm(), 1e-12);
+  EXPECT_LT(evidence.moment.norm(), 1e-9);
+  evidence.Add({0, 0, {5, 0, -2000}, {0, 0, 1}, 1e-3, 2600}, {0, 0, 0}, 1);
+  EXPECT_NEAR(evidence.information(0, 0), 2 + 1 / 4.000025, 1e-9);
+  EXPECT_NEAR(evidence.moment.x(), 5 / 4.000025, 1e-9);
+  EXPECT_EQ(evidence.rays, 2);
+}
+
 }  // namespace
 }  // namespace weft

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "alignment/vertex_normals.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -117,6 +118,22 @@ TEST_F(ImaginedViewsTest, SomeAreLostAndAllAreNoisy) {
   EXPECT_EQ(Rays()[0].direction, before);
   views_.seed = 2;
   EXPECT_NE(Rays()[0].direction, before);
+}
+
+TEST_F(ImaginedViewsTest, RaysStayAsTheyAre) {
+  views_ = ImaginedViews();
+  views_.cameras = 3;
+  views_.azimuth_deg = 50;
+  const std::vector<VertexRay> rays = Rays();
+  std::vector<int> vertices, views;
+  std::vector<Eigen::Vector3d> directions;
+  for (const VertexRay& ray : rays)
+    vertices.push_back(ray.vertex), views.push_back(ray.view), directions.push_back(ray.direction);
+  Recorded recorded;
+  recorded.Add("vertices", vertices);
+  recorded.Add("views", views);
+  recorded.Add("directions", directions);
+  recorded.Expect();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "alignment/mesh.h"
+#include "tests/animation/recorded.h"
 
 namespace weft {
 namespace {
@@ -153,6 +154,42 @@ TEST(IsometricFit, RefusesOptionsThatMeanNothing) {
   options = {};
   options.least_strain = 0;
   EXPECT_THAT(options.Validate().message(), testing::HasSubstr("least_strain"));
+}
+
+TEST(IsometricFit, MeshesStayAsTheyAre) {
+  Sheet sheet;
+  sheet.follow.assign(sheet.graph.edges.size(), 0.3f);
+  for (size_t e = 0; e < sheet.spread_mm.size(); ++e) sheet.spread_mm[e] = 0.05f * static_cast<float>(e % 9);
+  const auto truth = Rolled(1 / 120.0).vertices_mm, carrier = Rolled(1 / 200.0).vertices_mm;
+  Recorded recorded;
+  for (const int steps : {1, 2, 12}) {
+    IsometricOptions options;
+    options.max_steps = steps, options.tolerance_mm = 1e-3;
+    IsometricFit fit = sheet.Fit(options);
+    std::vector<Vector3d> x = carrier;
+    ASSERT_TRUE(fit.Solve(SeenByOne(truth, carrier), carrier, &x).ok());
+    recorded.Add("first", x);
+    // Rays that changed a little: the factor of before serves first.
+    ASSERT_TRUE(fit.Solve(SeenByOne(Rolled(1 / 125.0).vertices_mm, carrier), carrier, &x, true).ok());
+    recorded.Add("alike", x);
+    ASSERT_TRUE(fit.Solve(SeenByOne(Rolled(1 / 80.0).vertices_mm, carrier), carrier, &x, false).ok());
+    recorded.Add("other", x);
+  }
+  recorded.Expect();
+}
+
+// A step that would be longer than 20 mm is shortened to that.
+TEST(IsometricFit, StepsAreBounded) {
+  const Sheet sheet;
+  auto far = Rolled(0).vertices_mm;
+  for (Vector3d& p : far) p.y() += 300;
+  IsometricOptions options = Exact();
+  options.max_steps = 1;
+  std::vector<Vector3d> x = Rolled(0).vertices_mm;
+  ASSERT_TRUE(sheet.Fit(options).Solve(SeenByOne(far, far), far, &x).ok());
+  double longest = 0;
+  for (size_t v = 0; v < x.size(); ++v) longest = std::max(longest, (x[v] - Rolled(0).vertices_mm[v]).norm());
+  EXPECT_NEAR(longest, 20, 1e-6);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -81,6 +82,30 @@ TEST(RayPolish, SetsWrongRaysAside) {
   const auto polished = Polish(model, Lengths(model, truth), carrier, rays, {});
   ASSERT_TRUE(polished.ok()) << polished.status();
   for (int v = 0; v < count; ++v) EXPECT_EQ(polished->rejected[v], v % 40 == 7) << v;
+}
+
+TEST(RayPolish, MeshesStayAsTheyAre) {
+  const AlignmentModel model(WavingTube::Garment());
+  const auto truth = WavingTube::Shape(0.3, 0.2, 0);
+  const std::vector<Eigen::Vector3d> carrier = WavingTube::Shape(0.25, 0.2, 0);
+  const int count = static_cast<int>(truth.size());
+  std::vector<VertexRay> rays;
+  for (int v = 0; v < count; ++v)
+    for (const int view : {0, 1})
+      if (v % (3 + view) != 0)
+        rays.push_back(
+            RayTo(v, view, truth[static_cast<size_t>(v % 50 == 7 ? (v + 2) % count : v)], 140.0 * view));
+  Recorded recorded;
+  for (const int rounds : {1, 2, 4}) {
+    PolishOptions options;
+    options.rounds = rounds;
+    options.outlier_spreads = 1.5;
+    const auto polished = Polish(model, Lengths(model, truth), carrier, rays, options);
+    ASSERT_TRUE(polished.ok()) << polished.status();
+    recorded.Add("position", polished->position_mm);
+    recorded.Add("rejected", polished->rejected);
+  }
+  recorded.Expect();
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "tests/animation/recorded.h"
+
 namespace weft {
 namespace {
 
@@ -83,6 +85,14 @@ TEST(AcrossOf, GivesTwoDirectionsAcrossARay) {
   EXPECT_NEAR(a.norm(), 1, 1e-12);
   EXPECT_NEAR(a.dot(direction), 0, 1e-12);
   EXPECT_LT((a.cross(b) - direction).norm(), 1e-12);
+}
+
+TEST_F(ViewPosesTest, StayAsTheyAre) {
+  See(3, {900, 300, -700}, 60);
+  See(1, {-800, 100, 900}, 25);
+  Recorded recorded;
+  recorded.Add("poses", Poses());
+  recorded.Expect();
 }
 
 }  // namespace

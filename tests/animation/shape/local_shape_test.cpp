@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "animation/shape/edge_vectors.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -211,6 +212,22 @@ TEST_F(FittedShape, PointsAreMeanAndBasisByTheirCoefficients) {
   // No more components are local than the space has.
   options_.components = 99;
   EXPECT_EQ(LocalShape(space_, {}, options_).local_components(), 6);
+}
+
+TEST_F(FittedShape, StepsStayAsTheyAre) {
+  const Template tube = WavingTube::Garment();
+  const LocalShape shape(space_, DivideShape(tube.rest, BuildMeshGraph(tube.rest), options_), options_);
+  ShapeState state;
+  state.z = Eigen::VectorXd::Zero(6);
+  Recorded recorded;
+  for (const bool with_regions : {false, false, true, true}) {
+    recorded.Add("change", shape.Step(rays_, weight_, prior_, with_regions ? 6 : 4, with_regions, &state));
+    recorded.Add("root", state.root.matrix());
+    recorded.Add("z", state.z);
+  }
+  recorded.Add("local", state.local);
+  recorded.Add("mesh", shape.MeshOf(state));
+  recorded.Expect();
 }
 
 }  // namespace

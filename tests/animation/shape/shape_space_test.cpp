@@ -7,6 +7,7 @@
 
 #include "alignment/placement.h"
 #include "base/counter_random.h"
+#include "tests/animation/recorded.h"
 
 namespace weft {
 namespace {
@@ -135,6 +136,51 @@ TEST(ShapeSpace, StopsWhenAsked) {
       },
       stop.get_token());
   EXPECT_TRUE(absl::IsCancelled(space.status()));
+}
+
+TEST(ShapeSpace, StaysAsItIs) {
+  const SwayingBowl bowl;
+  Recorded recorded;
+  for (const int rounds : {1, 3}) {
+    const auto space = LearnShapeSpace(bowl.Frames(21), {.components = 3, .rounds = rounds, .seed = 4});
+    ASSERT_TRUE(space.ok()) << space.status();
+    recorded.Add("mean", space->mean_mm);
+    recorded.Add("basis", space->basis);
+    recorded.Add("sigma", space->sigma_mm);
+    recorded.Add("left", space->left_mm);
+    recorded.Add("z", space->Project(Onto(bowl.Carried(50), space->Shape(Eigen::VectorXd::Zero(1)))));
+    recorded.Add("shape", space->Shape(Eigen::Vector3d(0.5, -1, 2)));
+  }
+  recorded.Expect();
+}
+
+TEST(ShapeSpace, TellsHowFarItIs) {
+  const SwayingBowl bowl;
+  std::vector<double> shares;
+  // Two batches of frames in each of five passes.
+  ASSERT_TRUE(LearnShapeSpace(bowl.Frames(20), {.components = 2, .rounds = 1}, [&](double share) {
+                shares.push_back(share);
+              }).ok());
+  ASSERT_EQ(shares.size(), 10u);
+  for (size_t k = 0; k < shares.size(); ++k)
+    EXPECT_NEAR(shares[k], k / 2 * 0.2 + (k % 2 == 0 ? 0.16 : 0.2), 1e-9);
+}
+
+TEST(ShapeSpace, NamesTheFrameThatIsWrong) {
+  const SwayingBowl bowl;
+  const auto with = [&](int wrong, const Eigen::Vector3d& vertex) {
+    return LearnShapeSpace({5,
+                            [&, wrong](int frame) {
+                              auto out = bowl.Carried(frame);
+                              if (frame == wrong) out[7] = vertex;
+                              return out;
+                            }},
+                           {.components = 2})
+        .status();
+  };
+  EXPECT_EQ(with(3, {0, std::nan(""), 0}).message(), "shape space: frame 3 has a vertex that is not finite");
+  const MeshFrames empty{2, [](int) { return std::vector<Eigen::Vector3d>(); }};
+  EXPECT_EQ(LearnShapeSpace(empty, {}).status().message(), "shape space: frame 0 has no vertices");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "animation/sparse_view/sparse_view_driver.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/shift_net.h"
 #include "tests/animation/waving_tube.h"
 
@@ -148,6 +149,55 @@ TEST(NetCorrection, DoesNotMoveWhatIsSeen) {
   }
   EXPECT_GT(unseen, 0.3);
   EXPECT_LT(b->residual_px, a->residual_px + 0.1);
+}
+
+TEST(NetCorrection, FramesStayAsTheyAre) {
+  auto driver = SparseViewDriver::Create(WavingTube::Garment(), TubeAvatar());
+  ASSERT_TRUE(driver.ok()) << driver.status();
+  const CameraModel front = CameraAt("front", 0, {0, 0, 0}), back = CameraAt("back", 150, {0, 0, 0});
+  Recorded recorded;
+  for (const int frame : {20, 21}) {
+    const std::vector<Eigen::Vector3d> truth = WavingTube::At(frame, 7);
+    const auto in_front = WavingTube::Seen(front, truth, 1, 0.03), behind = WavingTube::Seen(back, truth, 2);
+    const std::vector<DrivingView> views = {{&front, in_front}, {&back, behind}};
+    const auto driven = driver->Drive(frame * int64_t{33'333'333}, views);
+    ASSERT_TRUE(driven.ok()) << driven.status();
+    recorded.Add("vertices", driven->mesh.vertices_mm);
+    recorded.Add("uncorrected", driven->uncorrected_mm);
+    recorded.Add("sigma", driven->mesh.sigma_mm);
+    recorded.Add("rejected", driven->rejected_rays);
+    std::vector<std::string> times;
+    for (const StageTime& time : driven->times) times.push_back(time.name);
+    EXPECT_EQ(times, (std::vector<std::string>{"rays", "track", "polish", "net", "second polish", "sigma"}));
+  }
+  recorded.Expect();
+}
+
+// A net whose answers help held-out frames stays, with what it gains; its frames are driven by it.
+TEST(NetCorrection, ItsGainIsMeasuredOnFramesThatAreHeldOut) {
+  const Template garment = WavingTube::Garment();
+  const TrainingFrames frames = WavingTube::Frames(2, 24);
+  SparseViewAvatar avatar = *LearnSparseView(garment, frames, {.components = 3, .calibration_frames = 2});
+  avatar.net = ShiftNet();
+  std::vector<double> shares;
+  ASSERT_TRUE(CalibrateSparseView(
+                  garment, frames,
+                  [&](std::string_view stage, double share) {
+                    EXPECT_EQ(stage, "sigma");
+                    shares.push_back(share);
+                  },
+                  {}, &avatar)
+                  .ok());
+  EXPECT_EQ(shares, std::vector<double>{1}) << "one motion cannot be left out";
+  EXPECT_EQ(avatar.net.empty(), !avatar.net.IsOfUse());
+  EXPECT_EQ(avatar.net.gain[0].frames, 0) << "it is not asked about one camera";
+  Recorded recorded;
+  for (size_t k = 1; k < 4; ++k) {
+    EXPECT_EQ(avatar.net.gain[k].frames, 4);
+    recorded.Add("before", avatar.net.gain[k].before_mm);
+    recorded.Add("after", avatar.net.gain[k].after_mm);
+  }
+  recorded.Expect();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "animation/sparse_view/sparse_view_driver.h"
 #include "animation/sparse_view/sparse_view_training.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -91,6 +92,48 @@ TEST(SigmaCalibration, SigmaGrowsWhereTheClothDoesWhatItNeverDid) {
   EXPECT_GT(like_learnt.two, 0.85);
   EXPECT_GT(bent_more.two, 0.8);
   EXPECT_GT(bent_more.sigma_mm, 1.3 * like_learnt.sigma_mm);
+}
+
+// Factors of all numbers of cameras and rays, those of classes that hardly occur among them.
+TEST(SigmaCalibration, FactorsStayAsTheyAre) {
+  const Template garment = WavingTube::Garment();
+  const AlignmentModel model(garment);
+  SparseViewTraining training = kFewFrames;
+  training.components = 3;
+  const SparseViewAvatar avatar = *LearnSparseView(garment, WavingTube::Frames(3, 24), training);
+  SigmaCalibration calibration(garment, model), other = calibration.Empty();
+  std::vector<std::vector<Eigen::Vector3d>> run;
+  for (int frame = 0; frame < 5; ++frame) run.push_back(WavingTube::At(frame, 9));
+  ASSERT_TRUE(calibration.Add(avatar, run, 5).ok());
+  EXPECT_EQ(calibration.frames(), 2);
+  run.resize(4);
+  ASSERT_TRUE(other.Add(avatar, run, 6).ok());
+  EXPECT_EQ(other.frames(), 1);
+  Recorded recorded;
+  const auto record = [&](const SigmaCalibration& of) {
+    const SigmaScale scales = of.Scales();
+    std::vector<float> factors;
+    for (const auto& row : scales.of) factors.insert(factors.end(), row.begin(), row.end());
+    const SigmaCheck check = of.Check(scales);
+    recorded.Add("factors", factors);
+    recorded.Add("one", check.within_one);
+    recorded.Add("two", check.within_two);
+    recorded.Add("loss", check.loss);
+  };
+  record(calibration);
+  record(other);
+  calibration += other;
+  EXPECT_EQ(calibration.frames(), 3);
+  record(calibration);
+  recorded.Expect();
+  EXPECT_EQ(calibration.Check(TypicalSigmaScale()).frames, 3);
+  EXPECT_EQ(calibration.Empty().Check(TypicalSigmaScale()).within_one, 0);
+  EXPECT_EQ(calibration.Empty().Scales().of, TypicalSigmaScale().of);
+  for (const NetGain& gain : calibration.gain()) EXPECT_EQ(gain.frames, 0);
+  // A run that ends as tracking settles counts nothing.
+  run.resize(2);
+  ASSERT_TRUE(other.Add(avatar, run, 6).ok());
+  EXPECT_EQ(other.frames(), 1);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "animation/sparse_view/sparse_view_training.h"
+#include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -345,6 +346,49 @@ TEST(SparseViewDriver, RefusesWhatDoesNotBelongTogether) {
   const CameraModel camera = CamerasAround(2)[0];
   const std::vector<DrivingView> views = {{&camera, {}}};
   EXPECT_THAT(driver.Drive(kFrameNs, views).status().message(), HasSubstr("comes after one at"));
+}
+
+// All that a frame tells, of a garment that is followed, lies, is lost, and is found again.
+TEST(SparseViewDriver, FramesStayAsTheyAre) {
+  Recorded recorded;
+  const auto record = [&](const DrivenFrame& driven) {
+    std::vector<Eigen::Vector2d> mean_px;
+    std::vector<double> significance, rms_px;
+    std::vector<int> states;
+    for (const CameraBias& bias : driven.bias_of_view)
+      mean_px.push_back(bias.mean_px), significance.push_back(bias.significance),
+          rms_px.push_back(bias.rms_px);
+    for (const VertexState state : driven.mesh.state) states.push_back(static_cast<int>(state));
+    recorded.Add("lost", driven.lost);
+    recorded.Add("anew", driven.started_anew);
+    recorded.Add("vertices", driven.mesh.vertices_mm);
+    recorded.Add("sigma", driven.mesh.sigma_mm);
+    recorded.Add("states", states);
+    recorded.Add("carrier", driven.carrier_mm);
+    recorded.Add("rejected", driven.rejected_rays);
+    recorded.Add("rays", driven.rays_of_view);
+    recorded.Add("bias", mean_px);
+    recorded.Add("rms", rms_px);
+    recorded.Add("significance", significance);
+    recorded.Add("residual", driven.residual_px);
+  };
+  Studio studio(3);
+  SparseViewDriver driver = NewDriver();
+  record(studio.Drive(driver, 0, {2, 0}, 0.06));
+  record(studio.Drive(driver, 1, {2, 0}));
+  record(studio.Drive(driver, 4, {0, 1, 2}, 0.06));
+  studio.Hide(1, 0.3);
+  record(studio.Drive(driver, 5, {0, 1}));
+  studio.Hide(0, 0.1), studio.Hide(1, 0.05);
+  record(studio.Drive(driver, 6, {0, 1}));
+  record(studio.Drive(driver, 7, {2}));
+  record(studio.Drive(driver, 60, {2, 1}));
+  const DriverMemory memory = driver.Memory();
+  recorded.Add("z", memory.drive.track.state.z);
+  recorded.Add("z before", memory.drive.track.z_before);
+  recorded.Add("local", memory.drive.track.state.local);
+  recorded.Add("known", memory.drive.track.known);
+  recorded.Expect();
 }
 
 }  // namespace
