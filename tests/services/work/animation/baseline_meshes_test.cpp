@@ -7,6 +7,7 @@
 
 #include "alignment/mesh_graph.h"
 #include "services/work/animation/truth_views.h"
+#include "tests/animation/recorded.h"
 #include "tests/services/work/animation/small_avatar.h"
 #include "tests/services/work/animation/tube_template.h"
 
@@ -68,6 +69,30 @@ TEST(SkinnedBaseline, SleevesFollowTheArmAndNothingElse) {
   }
   EXPECT_LT(WorstMm(SkinnedBaseline(graph, shape, sleeve, bound).MeshIn(hanging), moved_sleeve), 1e-6);
   EXPECT_LT(WorstMm(SkinnedBaseline(graph, shape, band, bound).MeshIn(hanging), moved_band), 1e-6);
+}
+
+TEST(SkinnedBaseline, ClothBendsOverJointsAsItDid) {
+  const BodyShape shape;
+  const Skeleton skeleton = SkeletonOf(shape);
+  const Template tube = TubeTemplate(12, 20, 25);
+  const MeshGraph graph = BuildMeshGraph(tube.rest);
+  FigurePose bound, bent;
+  bent.root_mm = {10, 20, 30};
+  bent.Of(Joint::kLeftUpperArm) = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX());
+  bent.Of(Joint::kLeftForearm) = Eigen::AngleAxisd(-0.9, Eigen::Vector3d::UnitX());
+  std::vector<Eigen::Vector3d> sleeve;
+  for (const Eigen::Vector3d& p : tube.rest.vertices_mm)
+    sleeve.push_back(skeleton.At(Joint::kLeftForearm) + p);
+  Recorded recorded;
+  recorded.Add("sleeve", SkinnedBaseline(graph, shape, sleeve, bound).MeshIn(bent));
+  const SparseViewAvatar avatar = SmallAvatar(6);
+  std::vector<Eigen::Vector3d> truth = avatar.space.Shape(Eigen::Vector2d(0.5, -1));
+  for (size_t v = 0; v < truth.size(); ++v)
+    truth[v] += Eigen::Vector3d(0.5 * static_cast<double>(v * v), 3, -1);
+  const PlacedShapes shapes = PlaceShapes(avatar.space, truth);
+  recorded.Add("mean", shapes.mean_mm);
+  recorded.Add("best", shapes.best_mm);
+  recorded.Expect();
 }
 
 }  // namespace

@@ -5,13 +5,17 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/template_file.h"
+#include "services/work/animation/training_takes.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/work/animation/moving_take.h"
+#include "tests/services/work/animation/tube_set.h"
 #include "tests/services/work/animation/tube_template.h"
 #include "weft/v1/job.pb.h"
 
@@ -208,6 +212,62 @@ TEST_F(Sources, ATakeWithPicturesHasAMeshForEachFrame) {
   EXPECT_EQ(take.template_hash(), tube_.ContentHash());
   EXPECT_EQ(source->garment, path + "/template");
   EXPECT_NEAR(take.Read(1)->vertices_mm[0].x() - take.Read(0)->vertices_mm[0].x(), 1, 1e-4);
+}
+
+TEST_F(Sources, ADataSetHasItsCompleteTakesButThoseOfChaos) {
+  const std::string set = WriteTubeSet(folder_ / "set");
+  const auto source = OpenClothSource(set, 0);
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_TRUE(source->is_dataset);
+  EXPECT_EQ(source->garment, set + "/takes/train-walk-1/template");
+  std::vector<std::string> takes;
+  for (const ClothTake& take : source->takes) {
+    takes.push_back(take.split + " " + take.motion + " " + std::to_string(take.frames()));
+    EXPECT_EQ(take.body.stature, 1.25);
+    EXPECT_EQ(take.fps(), 50);
+    EXPECT_TRUE(take.name().starts_with(set + "/" + take.split + "-" + take.motion + "-")) << take.name();
+    EXPECT_TRUE(take.folder.starts_with(set + "/takes/" + take.split + "-")) << take.folder;
+  }
+  EXPECT_THAT(takes, testing::ElementsAre("train walk 30", "validate walk 12", "train twist 30",
+                                          "test-known walk 30", "test-unseen reach 4"));
+  v1::Dataset dataset;
+  ASSERT_TRUE(ReadJsonFile(set + "/dataset.json", dataset).ok());
+  for (v1::DatasetTake& take : *dataset.mutable_takes()) take.clear_frames_hash();
+  ASSERT_TRUE(WriteJsonFile(set + "/dataset.json", dataset).ok());
+  EXPECT_EQ(OpenClothSource(set, 0).status(),
+            absl::NotFoundError(
+                set + ": no take of the data set is complete; `weft dataset make` goes on with it"));
+}
+
+// Of a data set train is learnt from and validate held out, and no test is ever read.
+TEST_F(Sources, TrainingTakesWhatIsForIt) {
+  const std::string set = WriteTubeSet(folder_ / "set");
+  const auto takes_of = [](const std::vector<std::string>& sources,
+                           const std::vector<std::string>& held_out) {
+    auto takes = TrainingTakes::Open(sources, held_out, "", 0);
+    std::vector<std::string> out;
+    EXPECT_TRUE(takes.ok()) << takes.status();
+    if (!takes.ok()) return out;
+    const TrainingFrames frames = takes->Frames();
+    for (int t = 0; t < takes->size(); ++t) {
+      const TrainingTake& take = frames.takes[static_cast<size_t>(t)];
+      out.push_back(std::filesystem::path(take.name).filename().string() +
+                    (takes->is_held_out(t) ? " held out" : ""));
+      EXPECT_EQ(take.held_out, takes->is_held_out(t));
+      EXPECT_EQ(take.frames, takes->take(t).frames());
+      EXPECT_EQ(take.fps, 50);
+      EXPECT_EQ(take.motion, takes->take(t).motion);
+      EXPECT_EQ(*frames.read(t, 1), takes->take(t).Read(1)->vertices_mm);
+    }
+    return out;
+  };
+  EXPECT_THAT(takes_of({set}, {}),
+              testing::ElementsAre("train-walk-1", "validate-walk-3 held out", "train-twist-2"));
+  const std::string walk = WavingTakes::Get().walk, held = WavingTakes::Get().held;
+  EXPECT_THAT(takes_of({walk}, {set}), testing::ElementsAre("walk", "validate-walk-3 held out"));
+  EXPECT_THAT(takes_of({walk}, {held}), testing::ElementsAre("walk", "held held out"));
+  const auto other = TrainingTakes::Open({walk}, {WriteTake("other", 2)}, "", 0);
+  EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition) << "of another template";
 }
 
 }  // namespace

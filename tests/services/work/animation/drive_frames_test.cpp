@@ -9,12 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/observations_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/work/animation/driver_memory.h"
 #include "services/work/pipeline/algorithm_versions.h"
 #include "services/work/pipeline/frame_folder.h"
+#include "tests/animation/recorded.h"
 #include "tests/services/work/animation/driven_take.h"
 
 namespace weft {
@@ -302,6 +304,53 @@ TEST(EffectiveDriveOptions, AreThoseOfTheDecodingAlone) {
   EXPECT_FALSE(options->pipeline().has_triangulation());
   asked.set_preset("fastest");
   EXPECT_FALSE(EffectiveDriveOptions(asked).ok());
+}
+
+// All that a report tells of a driven frame, but for what differs from run to run and from version to
+// version.
+std::string DrivenReportText(v1::FrameReport report) {
+  report.clear_stages(), report.clear_total_ms(), report.clear_weft_version(),
+      report.clear_images_fingerprint();
+  report.clear_keys(), report.clear_options(), report.clear_files();
+  report.mutable_driven()->clear_memory(), report.mutable_driven()->clear_follows();
+  for (v1::ViewReport& view : *report.mutable_views()) {
+    view.clear_read_ms(), view.clear_lattice_ms(), view.clear_colors_ms(), view.clear_growth_ms();
+    view.clear_refinement_ms();
+  }
+  return *ToJson(report, JsonZeros::kOmitted);
+}
+
+TEST_F(DriveFramesTest, ReportsStayAsTheyAre) {
+  ExpectRecorded(DrivenReportText(ReportOf(driven_take->out, "0001")));
+  const std::string take = TakeOfOwn();
+  for (const char* camera : {"c00", "c02"}) WriteBytes(take + "/0000/" + camera + ".png", "dark");
+  v1::RegistrationSpec spec = SpecOf(take);
+  DriveAll(spec, {0});
+  v1::FrameReport report = ReportOf(out_, "0000");
+  for (v1::ViewReport& view : *report.mutable_views())  // which name the folder
+    if (!view.missing_reason().empty()) view.set_missing_reason("missing");
+  ExpectRecorded(DrivenReportText(report), ".one-camera");
+}
+
+TEST_F(DriveFramesTest, PicturesOfOtherCamerasAreWarnedOf) {
+  const std::string take = TakeOfOwn();
+  fs::copy_file(take + "/0000/c01.png", take + "/0000/spare.png");
+  v1::RegistrationSpec spec = SpecOf(take);
+  const auto inputs = LoadDriveInputs(spec);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  ASSERT_TRUE(ListDriveFrames(spec, **inputs).ok());
+  ASSERT_EQ((*inputs)->warnings.size(), 1u);
+  EXPECT_THAT((*inputs)->warnings[0], HasSubstr("spare"));
+  DriveAll(spec, {0});
+  EXPECT_THAT(ReportOf(out_, "0000").unknown_cameras(), ElementsAre("spare"));
+  // Those that are left out on purpose are no strangers.
+  for (const char* camera : {"c00", "c01", "c02"}) spec.mutable_driving()->add_cameras(camera);
+  (*inputs)->warnings.clear();
+  ASSERT_TRUE(ListDriveFrames(spec, **inputs).ok());
+  EXPECT_THAT((*inputs)->warnings, IsEmpty());
+  fs::remove_all(out_);
+  DriveAll(spec, {0});
+  EXPECT_THAT(ReportOf(out_, "0000").unknown_cameras(), IsEmpty());
 }
 
 }  // namespace

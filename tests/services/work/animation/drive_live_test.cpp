@@ -126,5 +126,48 @@ TEST(LiveDrivingText, IsOneLine) {
             "latency 92 ms (median), 141 ms (95 %), 11.4 frames/s, 60 of 180 passed over");
 }
 
+TEST_F(DriveLiveTest, TellsWhatTheJobIs) {
+  request_.spec.set_end_frame(1);
+  const auto job = Live();
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_TRUE(job->id().starts_with("local-"));
+  EXPECT_EQ(job->spec().out(), out_);
+  EXPECT_EQ(job->driven().avatar(), driven_take->avatar);
+  EXPECT_EQ(job->first_frame(), "0000");
+  EXPECT_EQ(job->last_frame(), "0000");
+  EXPECT_GT(job->started_unix_ns(), 0);
+  EXPECT_EQ(job->frames().total(), 1);
+  EXPECT_EQ(job->frames().reused(), 0);
+  EXPECT_TRUE(job->has_verdict());
+  EXPECT_GT(job->driven().live().frames_per_s(), 0);
+  v1::FrameReport report = ReportOf(out_, "0000");
+  EXPECT_EQ(report.driven().follows(), MemoryChecksum(""));
+  // Another avatar, or the same at another rate, is another run.
+  request_.spec.mutable_driving()->set_fps(21);
+  EXPECT_EQ(Live().status().message(),
+            out_ +
+                ": holds frame 0000 of another run, after which this one cannot go on; choose "
+                "another folder, or drive without --live, which drives every frame anew");
+}
+
+TEST_F(DriveLiveTest, EachRefusalSaysWhatToChange) {
+  request_.speed = -1;
+  EXPECT_EQ(Live().status(), absl::InvalidArgumentError("--speed must be positive"));
+  request_.speed = 1;
+  request_.session_file = root_ + "/session.json";
+  for (const int field : {0, 1, 2}) {
+    request_.spec.set_frames(field == 0 ? "0001" : "");
+    request_.spec.set_first_frame(field == 1 ? 1 : 0);
+    request_.spec.set_end_frame(field == 2 ? 1 : 0);
+    EXPECT_EQ(Live().status(),
+              absl::InvalidArgumentError("--frames: frames that are still to come cannot be chosen"))
+        << field;
+  }
+  request_.spec.set_end_frame(0);
+  request_.speed = 2;
+  EXPECT_EQ(Live().status(),
+            absl::InvalidArgumentError("--speed: cameras film as fast as they do; it is for recordings"));
+}
+
 }  // namespace
 }  // namespace weft

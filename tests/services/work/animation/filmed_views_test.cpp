@@ -9,6 +9,7 @@
 
 #include "base/median.h"
 #include "services/work/animation/truth_views.h"
+#include "tests/animation/recorded.h"
 #include "tests/services/work/animation/tube_template.h"
 
 namespace weft {
@@ -98,6 +99,27 @@ TEST_F(Filmed, AnotherBoardIsRefused) {
   const auto other =
       FilmedViews::Create(tube_, *GenerateBoard(20, kCols, 6, 4), BodyShape(), tube_.rest.vertices_mm, 1);
   EXPECT_EQ(other.status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(Filmed, ViewsStayAsTheyAre) {
+  ClothFrame now = FrameAt(33'000'000, 0), before = FrameAt(0, -12), after = FrameAt(66'000'000, 12);
+  Recorded recorded;
+  for (const bool is_worn : {false, true}) {
+    if (is_worn)
+      for (ClothFrame* frame : {&now, &before, &after}) {
+        frame->pose.emplace();
+        // Behind the tube, so that cameras see both.
+        frame->pose->root_mm = {0, 0, 500.0 + 1e-7 * static_cast<double>(frame->time_ns)};
+      }
+    const auto seen = views_->Look({now, before, after, 3}, rig_);
+    ASSERT_TRUE(seen.ok()) << seen.status();
+    for (const ViewObservations& view : *seen) {
+      std::vector<double> pixels;
+      for (const Observation& o : view.observations) pixels.push_back(o.x_px), pixels.push_back(o.y_px);
+      recorded.Add("camera " + std::to_string(view.camera), pixels);
+    }
+  }
+  recorded.Expect();
 }
 
 }  // namespace

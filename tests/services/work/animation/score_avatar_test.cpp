@@ -10,6 +10,8 @@
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/template_file.h"
+#include "tests/animation/recorded.h"
+#include "tests/services/work/animation/tube_set.h"
 #include "tests/services/work/animation/waving_takes.h"
 #include "weft/v1/job.pb.h"
 
@@ -205,6 +207,78 @@ TEST_F(ScoreAvatarTest, EveryOptionHasItsLimits) {
   EXPECT_TRUE(is_valid([](AvatarScoring& s) { s.fps = 0; }));
   EXPECT_FALSE(is_valid([](AvatarScoring& s) { s.fps = -1; }));
   EXPECT_FALSE(is_valid([](AvatarScoring& s) { s.threads = 0; }));
+}
+
+// All rows of all methods that an imitated decoder serves, but for their times.
+std::string RowsText(v1::AvatarEvaluation scored, const std::string& folder) {
+  scored.clear_avatar();
+  for (v1::AvatarScore& row : *scored.mutable_scores()) {
+    row.clear_ms_a_frame();
+    if (row.split().starts_with(folder)) row.set_split("take");
+  }
+  return *ToJson(scored, JsonZeros::kOmitted);
+}
+
+TEST_F(ScoreAvatarTest, RowsStayAsTheyAre) {
+  scoring_.cameras = {1, 2, 8};
+  scoring_.frames = {0, 4};
+  const auto scored = Score();
+  ASSERT_TRUE(scored.ok()) << scored.status();
+  EXPECT_EQ(scored->avatar(), scoring_.avatar);
+  ExpectRecorded(RowsText(*scored, folder_.path()));
+  scoring_.seed = 2;
+  EXPECT_NE(RowsText(*Score(), folder_.path()), RowsText(*scored, folder_.path()));
+}
+
+TEST_F(ScoreAvatarTest, TrialsStayAsTheyAre) {
+  scoring_.with_trials = true;
+  scoring_.sources = {takes_.Write(folder_ / "long", 45, 17)};
+  const auto scored = Score();
+  ASSERT_TRUE(scored.ok()) << scored.status();
+  ExpectRecorded(RowsText(*scored, folder_.path()));
+}
+
+TEST_F(ScoreAvatarTest, OfADataSetTheSplitsThatAreAskedFor) {
+  const std::string set = WriteTubeSet(folder_ / "set");
+  scoring_.sources = {set};
+  scoring_.splits = {"test-unseen"};
+  const auto unseen = Score();
+  ASSERT_TRUE(unseen.ok()) << unseen.status();
+  EXPECT_EQ(told_.size(), 4u);
+  std::vector<std::string> methods;
+  for (const v1::AvatarScore& row : unseen->scores()) {
+    EXPECT_EQ(row.split(), "test-unseen");
+    methods.push_back(row.method());
+  }
+  EXPECT_THAT(methods, testing::ElementsAre("mean shape", "best shape", "carrier", "driven", "hand before"));
+  EXPECT_EQ(unseen->scores(4).mean_mm(), unseen->scores(3).mean_mm()) << "the motion is that of reaching";
+  ASSERT_EQ(unseen->floor_size(), 1);
+  v1::AvatarEvaluation floor;
+  *floor.add_floor() = unseen->floor(0);
+  ExpectRecorded(*ToJson(floor));
+  scoring_.splits = {"validate"};
+  const auto validated = Score();
+  ASSERT_TRUE(validated.ok()) << validated.status();
+  for (const v1::AvatarScore& row : validated->scores()) EXPECT_NE(row.method(), "hand before");
+  scoring_.splits = {"a", "b"};
+  EXPECT_EQ(Score().status(), absl::NotFoundError(set + ": has no complete take of the splits a, b"));
+}
+
+TEST_F(ScoreAvatarTest, SaysWhichOptionIsWrong) {
+  const auto why_not = [this](auto&& change) {
+    AvatarScoring scoring = scoring_;
+    change(scoring);
+    return std::string(scoring.Validate().message());
+  };
+  EXPECT_EQ(why_not([](AvatarScoring& s) { s.sources = {}; }), "no take to be driven is given");
+  EXPECT_EQ(why_not([](AvatarScoring& s) { s.cameras = {}; }), "cameras: no number of them is given");
+  EXPECT_EQ(why_not([](AvatarScoring& s) { s.cameras = {0}; }), "cameras: 0 of them, expected 1 to 1000");
+  EXPECT_EQ(why_not([](AvatarScoring& s) {
+              s.frames = {5, 5};
+            }),
+            "frames: the range must end behind its first frame");
+  EXPECT_EQ(why_not([](AvatarScoring& s) { s.fps = -1; }), "fps must not be negative");
+  EXPECT_EQ(why_not([](AvatarScoring& s) { s.threads = 0; }), "threads must be 1 or more");
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "services/work/animation/avatar_file.h"
 #include "services/work/animation/net_sample.h"
 #include "services/work/animation/score_avatar.h"
+#include "tests/animation/recorded.h"
 #include "tests/services/work/animation/waving_takes.h"
 
 namespace weft {
@@ -207,6 +208,24 @@ TEST_F(TrainPixelAvatarTest, StopsWithoutAnAvatar) {
       request_, [&](std::string_view, double) { stop.request_stop(); }, stop.get_token());
   EXPECT_EQ(trained.status().code(), absl::StatusCode::kCancelled);
   EXPECT_FALSE(fs::exists(request_.out));
+}
+
+TEST_F(TrainPixelAvatarTest, PosesStayAsTheyAre) {
+  request_.keep = true;
+  const auto trained = Train();
+  ASSERT_TRUE(trained.ok()) << trained.status();
+  Recorded recorded;
+  recorded.Add("left", trained->avatar.left_mm);
+  const std::string folder = request_.out + ".training";
+  const std::string poses = ReadBytes(folder + "/poses.bin");
+  recorded.Add("poses.bin", std::vector<uint8_t>(poses.begin(), poses.end()));
+  recorded.Expect();
+  // The prior is there, and what it was learnt from is not needed any more.
+  fs::remove(folder + "/poses.bin"), fs::remove(folder + "/samples.bin");
+  stages_.clear();
+  ASSERT_TRUE(Train().ok());
+  EXPECT_THAT(stages_, ElementsAre("samples"));
+  EXPECT_EQ(asked_.size(), 2u);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tests/animation/recorded.h"
 #include "tests/services/work/animation/tube_template.h"
 
 namespace weft {
@@ -58,6 +59,30 @@ TEST_F(Views, TheWearerHidesCloth) {
   const auto bare = *views_.Look(frame_, rig, 1), hidden = *views_.Look(worn, rig, 1);
   EXPECT_LT(hidden[0].observations.size() + hidden[1].observations.size(),
             bare[0].observations.size() + bare[1].observations.size());
+}
+
+TEST_F(Views, StayAsTheyAre) {
+  Recorded recorded;
+  for (const DrivingPlaces& places : {DrivingPlaces{}, DrivingPlaces{140, 3000}}) {
+    const Rig rig = *DrivingRig(3, frame_.vertices_mm, 2, places);
+    EXPECT_EQ(rig.id, "driving");
+    const auto seen = views_.Look(frame_, rig, 5);
+    ASSERT_TRUE(seen.ok()) << seen.status();
+    for (const ViewObservations& view : *seen) {
+      std::vector<double> pixels;
+      for (const Observation& o : view.observations) pixels.push_back(o.x_px), pixels.push_back(o.y_px);
+      recorded.Add("camera " + std::to_string(view.camera), pixels);
+      recorded.Add("center", rig.cameras[static_cast<size_t>(view.camera)].CenterWorld());
+    }
+  }
+  ClothFrame worn = frame_;
+  worn.pose.emplace();
+  const Rig rig = *DrivingRig(2, frame_.vertices_mm, 1);
+  const auto of_worn = views_.Look(worn, rig, 1);
+  ASSERT_TRUE(of_worn.ok()) << of_worn.status();
+  for (const ViewObservations& view : *of_worn)
+    recorded.Add("worn", static_cast<double>(view.observations.size()));
+  recorded.Expect();
 }
 
 }  // namespace
