@@ -98,7 +98,7 @@ class GreedyChoice {
       }
       if (!(best.gain > 0)) break;
       Take(best.camera);
-      steps.push_back(Tell(best.camera));
+      steps.push_back(StepOf(best.camera));
     }
     return steps;
   }
@@ -125,7 +125,7 @@ class GreedyChoice {
     }
   }
 
-  PlanStep Tell(int camera) const {
+  PlanStep StepOf(int camera) const {
     const Eigen::Matrix3d prior = Eigen::Matrix3d::Identity() / (kPriorSigmaMm * kPriorSigmaMm);
     PlanStep step{camera, 0, 0, kUnknown};
     std::vector<double> sigmas;
@@ -183,7 +183,7 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
     for (size_t s = 0; s < samples; ++s) {
       const VisibleMesh& mesh = meshes[s * step / vertices.size()];
       const int vertex = vertices[s * step % vertices.size()];
-      if (!mesh.Look(vertex, camera, options.viewing).seen) continue;
+      if (!mesh.Observe(vertex, camera, options.viewing).seen) continue;
       sights[c].push_back(
           {static_cast<int>(s),
            InformationAt(camera, mesh.vertices_mm()[vertex], options.noise_px).cast<float>()});
@@ -216,7 +216,7 @@ absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& 
       int seen = 0;
       Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
       for (const CameraModel& camera : rig.cameras) {
-        const VertexView view = mesh.Look(static_cast<int>(v), camera, options.viewing);
+        const VertexView view = mesh.Observe(static_cast<int>(v), camera, options.viewing);
         if (!view.seen) continue;
         ++seen;
         pitch_px += view.pitch_px;

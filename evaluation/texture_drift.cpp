@@ -134,8 +134,8 @@ UnwrapPlan TextureDrift::Plan(const Rig& rig, const VisibleMesh& before, const V
   plan.of_camera.resize(cameras);
   plan.seen.resize(cameras);
   for (size_t c = 0; c < cameras; ++c) {
-    const std::vector<VertexView> a = before.Look(rig.cameras[c], options_.viewing),
-                                  b = after.Look(rig.cameras[c], options_.viewing);
+    const std::vector<VertexView> a = before.Observe(rig.cameras[c], options_.viewing),
+                                  b = after.Observe(rig.cameras[c], options_.viewing);
     const bool all_uncovered = uncovered.empty() || uncovered[c].empty();
     plan.seen[c].resize(a.size());
     pitch_px[c].resize(a.size());

@@ -34,7 +34,7 @@ absl::StatusOr<VisibleMesh> VisibleMesh::Build(std::vector<Eigen::Vector3d> vert
   return mesh;
 }
 
-VertexView VisibleMesh::Look(int vertex, const CameraModel& camera, const ViewingOptions& options) const {
+VertexView VisibleMesh::Observe(int vertex, const CameraModel& camera, const ViewingOptions& options) const {
   VertexView view;
   const Eigen::Vector3d &place = vertices_mm_[vertex], &normal = normals_[vertex];
   const Eigen::Vector3d eye = camera.CenterWorld();
@@ -49,11 +49,11 @@ VertexView VisibleMesh::Look(int vertex, const CameraModel& camera, const Viewin
   return view;
 }
 
-std::vector<VertexView> VisibleMesh::Look(const CameraModel& camera, const ViewingOptions& options) const {
+std::vector<VertexView> VisibleMesh::Observe(const CameraModel& camera, const ViewingOptions& options) const {
   std::vector<VertexView> views(vertices_mm_.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, views.size(), 512), [&](const auto& range) {
     for (size_t v = range.begin(); v < range.end(); ++v)
-      views[v] = Look(static_cast<int>(v), camera, options);
+      views[v] = Observe(static_cast<int>(v), camera, options);
   });
   return views;
 }

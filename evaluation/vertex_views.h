@@ -36,9 +36,9 @@ class VisibleMesh {
 
   const std::vector<Eigen::Vector3d>& vertices_mm() const { return vertices_mm_; }
 
-  VertexView Look(int vertex, const CameraModel& camera, const ViewingOptions& options) const;
+  VertexView Observe(int vertex, const CameraModel& camera, const ViewingOptions& options) const;
   // All vertices; parallel in the calling thread's TBB arena.
-  std::vector<VertexView> Look(const CameraModel& camera, const ViewingOptions& options) const;
+  std::vector<VertexView> Observe(const CameraModel& camera, const ViewingOptions& options) const;
 
  private:
   std::vector<Eigen::Vector3d> vertices_mm_;

@@ -15,7 +15,7 @@ namespace weft::learning {
 namespace {
 
 constexpr double kLastRate = 0.02;
-constexpr double kMinutesBetweenLooks = 1, kMinutesBetweenReports = 0.05;
+constexpr double kMinutesBetweenValidations = 1, kMinutesBetweenReports = 0.05;
 
 class TrainingRun {
  public:
@@ -53,7 +53,7 @@ class TrainingRun {
     losses_ += loss.item<double>(), ++steps_since_, ++step_;
   }
 
-  void Look() {
+  void Validate() {
     Report(learner_.Score());
     looked_ = Minutes();
   }
@@ -63,7 +63,7 @@ class TrainingRun {
     saved_ = Minutes();
   }
   void DoWhatIsDue() {
-    if (Minutes() - looked_ > kMinutesBetweenLooks) Look();
+    if (Minutes() - looked_ > kMinutesBetweenValidations) Validate();
     if (Minutes() - reported_ > kMinutesBetweenReports) Report({});
     if (Minutes() - saved_ > options_.checkpoint_minutes) Save();
   }
@@ -104,7 +104,7 @@ Trained Train(const std::function<std::unique_ptr<Learner>()>& make, const Train
   torch::manual_seed(options.seed);
   const std::unique_ptr<Learner> learner = make();
   TrainingRun run(*learner, options, on_progress);
-  run.Look();
+  run.Validate();
   while (run.Done() < 1) {
     if (stopped()) {
       run.Save();
@@ -113,7 +113,7 @@ Trained Train(const std::function<std::unique_ptr<Learner>()>& make, const Train
     run.Step();
     run.DoWhatIsDue();
   }
-  run.Look();
+  run.Validate();
   return {true, run.step(), learner->Export()};
 }
 

@@ -42,7 +42,7 @@ class ViewProbe {
         options_(options),
         eye_mm_(camera.CenterWorld()) {}
 
-  std::optional<NodeTruth> Look(const BoardNode& node) const {
+  std::optional<NodeTruth> Observe(const BoardNode& node) const {
     const double half = node.kind == NodeKind::kCenter ? 0.5 : 0.0;
     const BoardPoint place(node.col + half, node.row + half);
     Probes probes;
@@ -173,7 +173,7 @@ ViewTruth FindViewTruth(const TriangleMesh& mesh, const PrintLocator& print, con
     tbb::parallel_for(tbb::blocked_range<int>(0, static_cast<int>(by_row.size())), [&](const auto& range) {
       for (int r = range.begin(); r < range.end(); ++r)
         for (int c = print.col_begin(); c < print.col_end() + extra; ++c)
-          if (std::optional<NodeTruth> node = view.Look({print.row_begin() + r, c, kind}))
+          if (std::optional<NodeTruth> node = view.Observe({print.row_begin() + r, c, kind}))
             by_row[r].push_back(*node);
     });
     for (const auto& row : by_row) out.nodes.insert(out.nodes.end(), row.begin(), row.end());

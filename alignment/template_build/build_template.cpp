@@ -37,7 +37,7 @@ class Builder {
       : board_(board), sources_(sources), options_(options), on_progress_(on_progress) {}
 
   absl::StatusOr<BuiltTemplate> Run() {
-    Tell(0);
+    Report(0);
     absl::Status status = ReadClouds();
     if (status.ok()) status = FindSheet();
     if (status.ok()) status = LiftPanels();
@@ -45,12 +45,12 @@ class Builder {
     if (status.ok()) status = CloseHoles();
     if (status.ok()) status = LayToRest();
     if (!status.ok()) return status;
-    Tell(1);
+    Report(1);
     return std::move(built_);
   }
 
  private:
-  void Tell(double share) const {
+  void Report(double share) const {
     if (on_progress_) on_progress_(share);
   }
   std::string CloudName(size_t i) const {
@@ -118,7 +118,7 @@ class Builder {
     int reference = -1;
     std::vector<bool> ever_placed(built_.sheet.panels, false);
     for (size_t i = 0; i < order.size(); ++i) {
-      Tell(0.1 + 0.4 * static_cast<double>(i) / order.size());
+      Report(0.1 + 0.4 * static_cast<double>(i) / order.size());
       absl::StatusOr<LiftedPanels> lifted = lifter.Lift(grids_[order[i]], built_.parts.cell_mm);
       if (absl::IsFailedPrecondition(lifted.status())) continue;
       if (!lifted.ok()) return lifted.status();
@@ -151,7 +151,7 @@ class Builder {
     constexpr int kMostRounds = 5;
     int open_points = 0;
     for (int round = 0;; ++round) {
-      Tell(0.5 + 0.3 * round / kMostRounds);
+      Report(0.5 + 0.3 * round / kMostRounds);
       const PanelBorders borders(built_.sheet, lifts_);
       built_.parts.seams = FindSeams(borders, built_.parts.cell_mm, options_.seams);
       Zip();
@@ -323,13 +323,13 @@ class Builder {
   }
 
   absl::Status LayToRest() {
-    Tell(0.8);
+    Report(0.8);
     RestShapeProblem problem = RestProblem();
     problem.measured =
         MeasureGaps(built_.parts.seams, lifts_[0].position_mm, shown_.empty() ? lifts_ : shown_);
     absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, kSmoothedWrinkles);
     if (!rest_mm.ok()) return rest_mm.status();
-    Tell(0.9);
+    Report(0.9);
     problem.start_mm = *std::move(rest_mm);
     rest_mm = RefineRestShape(problem, kPrintedLengths);
     if (!rest_mm.ok()) return rest_mm.status();

@@ -93,14 +93,14 @@ void RayDriver::Reset() {
   last_mm_.clear();
 }
 
-absl::Status RayDriver::Recall(RayDriverMemory memory) {
+absl::Status RayDriver::Restore(RayDriverMemory memory) {
   if (!memory.mesh_mm.empty() && memory.mesh_mm.size() != static_cast<size_t>(model_.graph().vertices))
     return absl::InvalidArgumentError(absl::StrCat("the driver's memory has ", memory.mesh_mm.size(),
                                                    " vertices, the garment ", model_.graph().vertices));
   for (const Eigen::Vector3f& p : memory.mesh_mm)
     if (!p.allFinite())
       return absl::InvalidArgumentError("the driver's memory has a vertex that is not finite");
-  WEFT_RETURN_IF_ERROR(tracker_.Recall(std::move(memory.track)));
+  WEFT_RETURN_IF_ERROR(tracker_.Restore(std::move(memory.track)));
   last_mm_ = std::move(memory.mesh_mm);
   return absl::OkStatus();
 }

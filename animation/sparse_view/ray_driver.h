@@ -72,7 +72,7 @@ class RayDriver {
   void Reset();
   RayDriverMemory Memory() const { return {tracker_.memory(), last_mm_}; }
   // InvalidArgument: of another garment, or numbers that are not finite; the driver stays as it was.
-  absl::Status Recall(RayDriverMemory memory);
+  absl::Status Restore(RayDriverMemory memory);
 
  private:
   // The carrier, off by as much as the last frame's was, turned with the garment.

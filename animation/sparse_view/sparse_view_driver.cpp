@@ -188,8 +188,8 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
 
 DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver->Memory()}; }
 
-absl::Status SparseViewDriver::Recall(DriverMemory memory) {
-  WEFT_RETURN_IF_ERROR(state_->driver->Recall(std::move(memory.drive)));
+absl::Status SparseViewDriver::Restore(DriverMemory memory) {
+  WEFT_RETURN_IF_ERROR(state_->driver->Restore(std::move(memory.drive)));
   state_->last_ns = memory.last_ns;
   return absl::OkStatus();
 }

@@ -81,7 +81,7 @@ class SparseViewDriver {
   DriverMemory Memory() const;
   // Goes on as the driver whose memory this is, to the same bytes. InvalidArgument: of another avatar or with
   // other options; the driver stays as it was.
-  absl::Status Recall(DriverMemory memory);
+  absl::Status Restore(DriverMemory memory);
 
  private:
   struct State;

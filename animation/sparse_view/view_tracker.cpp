@@ -52,7 +52,7 @@ ViewTracker::ViewTracker(const AlignmentModel& model, const ShapeSpace& space, s
 
 void ViewTracker::Reset() { memory_.known = 0; }
 
-absl::Status ViewTracker::Recall(TrackMemory memory) {
+absl::Status ViewTracker::Restore(TrackMemory memory) {
   const auto bad = [](const char* what) {
     return absl::InvalidArgumentError(absl::StrCat("tracking: what is to be recalled ", what));
   };

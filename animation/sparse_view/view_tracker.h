@@ -65,7 +65,7 @@ class ViewTracker {
   void Reset();
   const TrackMemory& memory() const { return memory_; }
   // InvalidArgument: of another space or other regions, or numbers that are not finite.
-  absl::Status Recall(TrackMemory memory);
+  absl::Status Restore(TrackMemory memory);
 
  private:
   struct Fit {

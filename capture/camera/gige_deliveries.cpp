@@ -92,7 +92,7 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
   // Looking for cameras takes a second, and one at a time can do it: it must be worth it.
   static Mutex searching;
   const Clock::time_point now = Clock::now();
-  presence_->Look(now);
+  presence_->Poll(now);
   const bool is_due = now >= next_attempt_ && (presence_->MayBeThere() || now >= next_search_);
   if (!is_due || !searching.try_lock()) {
     std::this_thread::sleep_for(timeout);
@@ -117,7 +117,7 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
 std::optional<CameraDelivery> GigeCamera::ReadClockWhereDue(Clock::time_point now) {
   if (options_.clock_interval_ms <= 0 || now < next_reading_ || !ClockProblem().empty()) return std::nullopt;
   if (!std::exchange(is_asked_before_reading_, true)) presence_->Ask(now);
-  presence_->Look(now);
+  presence_->Poll(now);
   if (!presence_->MayBeThere()) return std::nullopt;
   is_asked_before_reading_ = false;
   last_reading_ = now;
@@ -155,7 +155,7 @@ absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeou
     is_silent_ = false;
     return Deliver(buffer.get());
   }
-  presence_->Look(now);
+  presence_->Poll(now);
   if (presence_->IsGone(now)) {
     is_lost_ = true;
     return Reconnect(timeout);
@@ -170,7 +170,7 @@ bool GigeCamera::Answers() {
   if (is_lost_) return false;
   presence_->Ask(Clock::now());
   for (const auto end = Clock::now() + kLastAnswerWait; Clock::now() < end;) {
-    presence_->Look(Clock::now());
+    presence_->Poll(Clock::now());
     if (presence_->MayBeThere()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }

@@ -32,7 +32,7 @@ void GigePresence::Heard(Clock::time_point now) {
   unanswered_ = 0;
 }
 
-void GigePresence::Look(Clock::time_point now) {
+void GigePresence::Poll(Clock::time_point now) {
   if (socket_ < 0) return;
   std::array<uint8_t, 1024> answer{};
   // An error is an unreachable address: no answer.

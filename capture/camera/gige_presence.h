@@ -28,8 +28,8 @@ class GigePresence {
   // A frame came, or an answer on the control channel.
   void Heard(Clock::time_point now);
   // Asks where that is due.
-  void Look(Clock::time_point now);
-  // Asks now; the answer shows in a later Look.
+  void Poll(Clock::time_point now);
+  // Asks now; the answer shows in a later Poll.
   void Ask(Clock::time_point now);
   bool IsSilent(Clock::time_point now) const { return unanswered_ > 1 && now - last_heard_ >= kSilentAfter; }
   bool IsGone(Clock::time_point now) const {

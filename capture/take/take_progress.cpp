@@ -58,7 +58,7 @@ absl::StatusOr<LedgerReader::News> LedgerReader::ReadNew() {
   return news;
 }
 
-absl::StatusOr<const TakeProgress*> TakeFollower::Look() {
+absl::StatusOr<const TakeProgress*> TakeFollower::Poll() {
   WEFT_ASSIGN_OR_RETURN(const LedgerReader::News news, ledger_.ReadNew());
   if (news.from_start) progress_ = {};
   AddTo(news.entries, progress_);

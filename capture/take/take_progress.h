@@ -50,7 +50,7 @@ class TakeFollower {
   explicit TakeFollower(std::string take_folder) : ledger_(std::move(take_folder)) {}
 
   // Valid until the next call.
-  absl::StatusOr<const TakeProgress*> Look();
+  absl::StatusOr<const TakeProgress*> Poll();
 
  private:
   LedgerReader ledger_;

@@ -73,7 +73,7 @@ class Window {
 
   // Fills the sums and the light for the cell at `pose`, in px of the image; false where the print cannot be
   // there.
-  bool Look(const CellPose& pose, const CellWarp& warp, CellFit* fit) {
+  bool Evaluate(const CellPose& pose, const CellWarp& warp, CellFit* fit) {
     const Inside inside = WhereIs(pose, warp, image_.width_px, image_.height_px);
     if (inside == Inside::kNone) return false;
     if (inside == Inside::kSome) {
@@ -188,7 +188,7 @@ CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
   int prepared_for = 0;  // rendering
   SmallVector<6> total = {};
   for (int iteration = 0; iteration < limits.iterations; ++iteration) {
-    if (!window.Look(pose, {}, &fit)) return fit;
+    if (!window.Evaluate(pose, {}, &fit)) return fit;
     if (std::exchange(prepared_for, window.renderings) != window.renderings)
       equations.Prepare(window.model.sums, window.light);
     SmallCholesky<6> solver;
@@ -215,7 +215,7 @@ CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
                            along_v = solver.Forward({0, 0, 0, 1, 0, 0});
       const float variance = 0.5f * (Dot(along_u, along_u) + Dot(along_v, along_v));
       fit.sigma_px = fit.noise * std::sqrt(std::max(fit.pose.Area(), 0.0f) * variance);
-      if (length >= kShortestStep && !window.Look(pose, {}, &fit)) return fit;
+      if (length >= kShortestStep && !window.Evaluate(pose, {}, &fit)) return fit;
       break;
     }
   }
@@ -237,7 +237,7 @@ CellFit CellFitter::FitCenter(int row, int col, const NineCenters& centers, cons
   CellPrint print = PrintAt(row, col, f, scale, weights);
   print.moves_center = true;
   Window window(kernels_, image, print);
-  if (!window.Look(f.InHalvings(scale), warp.InHalvings(scale), &fit)) return fit;
+  if (!window.Evaluate(f.InHalvings(scale), warp.InHalvings(scale), &fit)) return fit;
   fit.converged = true;
   if (normal == nullptr) return fit;
   ScoreInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);

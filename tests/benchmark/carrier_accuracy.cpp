@@ -53,7 +53,7 @@ struct Seen {
   std::vector<VertexRay> rays;
 };
 
-absl::Status Look(const Options& options, TrainingTakes& takes, std::vector<Seen>* out) {
+absl::Status Observe(const Options& options, TrainingTakes& takes, std::vector<Seen>* out) {
   const NodeVertices nodes(takes.garment());
   for (int t = 0; t < takes.size(); ++t) {
     if (!takes.is_held_out(t)) continue;
@@ -63,7 +63,7 @@ absl::Status Look(const Options& options, TrainingTakes& takes, std::vector<Seen
     for (int f = 0; f < take.frames(); f += options.every_test) {
       const absl::StatusOr<ClothFrame> frame = take.Read(f);
       if (!frame.ok()) return frame.status();
-      const auto views = (*seen)->Look(f, *frame);
+      const auto views = (*seen)->Observe(f, *frame);
       if (!views.ok()) return views.status();
       const auto rays =
           RaysOf(DrivingViewsOf(*views, (*seen)->rig()), nodes, SparseViewOptions().cloth_sigma_px);
@@ -133,7 +133,7 @@ absl::Status Run(const Options& options) {
   const Template& garment = takes->garment();
   const AlignmentModel model(garment);
   std::vector<Seen> frames;
-  if (absl::Status status = Look(options, *takes, &frames); !status.ok()) return status;
+  if (absl::Status status = Observe(options, *takes, &frames); !status.ok()) return status;
   if (!options.avatar.empty()) {
     const absl::StatusOr<AvatarFile> avatar = ReadAvatar(options.avatar);
     if (!avatar.ok()) return avatar.status();

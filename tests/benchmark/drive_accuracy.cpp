@@ -153,7 +153,7 @@ Tally DriveTake(const Options& options, const Template& garment, const SparseVie
   const int frames = std::min(options.most, take->reader.frames());
   for (int f = 0; f < frames; ++f) {
     const auto truth = take->reader.Read(f);
-    const std::vector<ViewObservations> seen = *cloth.Look(*truth, rig, static_cast<uint64_t>(f));
+    const std::vector<ViewObservations> seen = *cloth.Observe(*truth, rig, static_cast<uint64_t>(f));
     std::vector<DrivingView> views;
     for (size_t c = 0; c < rig.cameras.size(); ++c) {
       const bool dark =

@@ -86,7 +86,7 @@ absl::Status Run(Options options) {
   const absl::StatusOr<Rig> rig = ChosenCameras(options);
   if (!rig.ok()) return rig.status();
   const TruthViews cloth(*garment, BodyShape());
-  const auto seen = cloth.Look({0, truth->vertices_mm, {}}, *rig, options.seed);
+  const auto seen = cloth.Observe({0, truth->vertices_mm, {}}, *rig, options.seed);
   if (!seen.ok()) return seen.status();
 
   const NodeVertices nodes(*garment);

@@ -10,7 +10,7 @@
 
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "tests/services/results/report/sample_job.h"
 
 namespace weft {

@@ -41,7 +41,7 @@ class WavingCloth {
     rig_ = *DrivingRig(2, cloth_.rest.vertices_mm, 1);
     for (int k = 0; k < kMoments; ++k) {
       truth_.push_back(At(0.05 * k + 1000));
-      observations_.push_back(*views.Look({0, truth_.back(), {}}, rig_, static_cast<uint64_t>(k)));
+      observations_.push_back(*views.Observe({0, truth_.back(), {}}, rig_, static_cast<uint64_t>(k)));
     }
     Learn();
   }

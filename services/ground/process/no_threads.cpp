@@ -29,7 +29,7 @@ bool IsLackOfThreads(const std::exception& error) {
   return of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again;
 }
 
-bool TellsLackOfThreads(std::string_view message) {
+bool IsLackOfThreads(std::string_view message) {
   const absl::string_view text(message.data(), message.size());
   return absl::StrContains(text, kTextOfError) &&
          std::any_of(std::begin(kTopics), std::end(kTopics),

@@ -16,6 +16,6 @@ bool IsLackOfThreads(const std::exception& error);
 
 // Whether a message says so: NoFurtherThreads, a program that could not be started, or the last words of one
 // that ended over it, with the C library's text of the error.
-bool TellsLackOfThreads(std::string_view message);
+bool IsLackOfThreads(std::string_view message);
 
 }  // namespace weft

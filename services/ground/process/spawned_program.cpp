@@ -64,7 +64,7 @@ int SpawnedProgram::Wait() {
   return status;
 }
 
-int SpawnedProgram::Look(int* status) {
+int SpawnedProgram::Poll(int* status) {
   if (pid_ <= 0) return -1;
   const pid_t ended = waitpid(pid_, status, WNOHANG);
   if (ended < 0) return errno == EINTR ? 0 : -1;

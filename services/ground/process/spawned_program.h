@@ -27,7 +27,7 @@ class SpawnedProgram {
   // Waits for its end, and returns the status of waitpid.
   int Wait();
   // As waitpid with WNOHANG: 0 while it runs, negative where nothing is known of its end.
-  int Look(int* status);
+  int Poll(int* status);
   void Kill();
 
  private:

@@ -36,7 +36,7 @@ cv::Scalar Bytes(const Eigen::Vector3f& color) { return {255 * color.x(), 255 * 
 
 // Pixels of the vertices that the camera sees.
 std::vector<std::optional<cv::Point>> SeenPixels(const VisibleMesh& mesh, const CameraModel& camera) {
-  const std::vector<VertexView> views = mesh.Look(camera, kAnySize);
+  const std::vector<VertexView> views = mesh.Observe(camera, kAnySize);
   std::vector<std::optional<cv::Point>> pixels(views.size());
   for (size_t v = 0; v < views.size(); ++v) {
     if (!views[v].seen) continue;

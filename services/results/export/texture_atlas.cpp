@@ -88,7 +88,7 @@ absl::StatusOr<TextureAtlas> TextureAtlas::Make(int size_px, const std::vector<F
 
 absl::Status TextureAtlas::Add(const Frame& picture, const VisibleMesh& mesh, const CameraModel& camera) {
   WEFT_ASSIGN_OR_RETURN(const Frame rgb, ToRgb(picture));
-  const std::vector<VertexView> views = mesh.Look(camera, kForTexture);
+  const std::vector<VertexView> views = mesh.Observe(camera, kForTexture);
   const std::vector<Eigen::Vector3d>& vertices_mm = mesh.vertices_mm();
   tbb::parallel_for(tbb::blocked_range<size_t>(0, texels_.size(), 4096), [&](const auto& range) {
     for (size_t t = range.begin(); t < range.end(); ++t) {

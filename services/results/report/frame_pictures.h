@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/mesh_view.h"
 
 namespace weft {

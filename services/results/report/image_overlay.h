@@ -7,7 +7,7 @@
 #include "alignment/mesh.h"
 #include "capture/image/frame.h"
 #include "capture/rig/camera_model.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 
 namespace weft {
 

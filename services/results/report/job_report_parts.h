@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "weft/v1/page.pb.h"
 
 namespace weft {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "alignment/mesh.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/mesh_colors.h"
 #include "weft/v1/page.pb.h"
 

@@ -114,7 +114,7 @@ absl::Status EndNotices::JobEnded(const v1::Job& job) {
   v1::EndNotice notice;
   notice.set_ended_unix_ns(job.finished_unix_ns());
   *notice.mutable_job() = job;
-  return Tell(std::move(notice), "job", job.id());
+  return Notify(std::move(notice), "job", job.id());
 }
 
 absl::Status EndNotices::TakeEnded(const v1::RecordedTake& take) {
@@ -122,10 +122,10 @@ absl::Status EndNotices::TakeEnded(const v1::RecordedTake& take) {
   v1::EndNotice notice;
   notice.set_ended_unix_ns(take.state().updated_unix_ns());
   *notice.mutable_take() = take;
-  return Tell(std::move(notice), "take", take.id());
+  return Notify(std::move(notice), "take", take.id());
 }
 
-absl::Status EndNotices::Tell(v1::EndNotice notice, const std::string& kind, const std::string& id) {
+absl::Status EndNotices::Notify(v1::EndNotice notice, const std::string& kind, const std::string& id) {
   const NoticeOptions now = Options();
   if (now.program.empty() && now.server.url.empty()) return absl::OkStatus();
   notice.set_id(absl::StrCat(notice.ended_unix_ns(), "-", kind, "-", id));

@@ -49,7 +49,7 @@ class EndNotices {
   explicit EndNotices(NoticeOptions options) : options_(std::move(options)) {}
   NoticeOptions Options();
   absl::Status ReadBeginning(const std::string& path);
-  absl::Status Tell(v1::EndNotice notice, const std::string& kind, const std::string& id);
+  absl::Status Notify(v1::EndNotice notice, const std::string& kind, const std::string& id);
 
   Mutex mutex_;
   NoticeOptions options_ ABSL_GUARDED_BY(mutex_);

@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/studio/preview/coverage.h"
 
 namespace weft {

@@ -9,7 +9,7 @@
 
 #include "capture/image/frame.h"
 #include "capture/image/picture_quality.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/studio/preview/coverage.h"
 
 namespace weft {

@@ -90,7 +90,7 @@ absl::Status StartRecorder(const std::string& program, const std::string& folder
   return Spawn(program, folder, files);
 }
 
-absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder) {
+absl::StatusOr<RecorderView> InspectRecorder(const std::string& folder) {
   const RecorderFiles files(folder);
   RecorderView view;
   WEFT_RETURN_IF_ERROR(ReadJsonFile(files.request, view.request, kSmallJson));
@@ -110,7 +110,7 @@ absl::Status StopRecorder(const std::string& folder) {
 
 absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
   const RecorderFiles files(folder);
-  absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
+  absl::StatusOr<RecorderView> view = InspectRecorder(folder);
   if (!view.ok() || view->lives || !LeftTakeOpen(files, view->state)) return view;
   v1::RecorderState& state = view->state;
   // One that failed has said why, and is shown even if its take cannot be recovered.
@@ -139,7 +139,7 @@ absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
 }
 
 bool IsSettled(const std::string& folder) {
-  const absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
+  const absl::StatusOr<RecorderView> view = InspectRecorder(folder);
   if (!view.ok()) return absl::IsNotFound(view.status());
   return view->lives || !LeftTakeOpen(RecorderFiles(folder), view->state);
 }

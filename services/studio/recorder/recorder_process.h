@@ -22,13 +22,13 @@ struct RecorderView {
   bool lives = false;  // the process; its last state may be older where it does not
 };
 // NotFound: no recorder was started there.
-absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder);
+absl::StatusOr<RecorderView> InspectRecorder(const std::string& folder);
 
 // Asks a recorder to close its take; it does so within its cameras' patience. One that has ended stays as it
 // is.
 absl::Status StopRecorder(const std::string& folder);
 
-// LookAtRecorder, but the take of a recorder that was killed, crashed or could not close it is closed with
+// InspectRecorder, but the take of a recorder that was killed, crashed or could not close it is closed with
 // all that was acknowledged, and its state says so. Where that cannot be done at this time, for example on a
 // full disk, the state says so, too, and the next call tries again. One at a time per folder.
 absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder);

@@ -63,13 +63,13 @@ class Importer {
   }
 
  private:
-  bool Tell(const char* stage, uint64_t done, uint64_t total) const {
+  bool Report(const char* stage, uint64_t done, uint64_t total) const {
     return !progress_ || progress_(stage, done, total);
   }
   std::string StateFile() const { return folder_ + "/import.json"; }
   absl::Status Check();
   absl::Status Begin();
-  absl::Status Look();
+  absl::Status Inspect();
   absl::Status CompareWithRig();
   absl::Status FindOffsets();
   absl::StatusOr<std::vector<v1::CameraSync>> OffsetsBy(SyncWay way);
@@ -137,7 +137,7 @@ absl::Status Importer::Begin() {
   return absl::OkStatus();
 }
 
-absl::Status Importer::Look() {
+absl::Status Importer::Inspect() {
   videos_.resize(options_.videos.size());
   std::atomic<uint64_t> frames = 0;
   const auto look = [&](size_t i) -> absl::Status {
@@ -153,10 +153,10 @@ absl::Status Importer::Look() {
     }
     if (videos_[i].path().empty()) {
       uint64_t own = 0;
-      WEFT_ASSIGN_OR_RETURN(videos_[i], LookAtVideo(path, [&](uint64_t seen) {
+      WEFT_ASSIGN_OR_RETURN(videos_[i], InspectVideo(path, [&](uint64_t seen) {
                               frames += seen - own;
                               own = seen;
-                              return Tell("look", frames, frames);
+                              return Report("look", frames, frames);
                             }));
     }
     videos_[i].set_camera(options_.videos[i].camera);
@@ -263,7 +263,7 @@ absl::StatusOr<std::vector<v1::CameraSync>> Importer::OffsetsBy(SyncWay way) {
       motion.max_offset_s = options_.max_offset_s;
       motion.mosaic = options_.mosaic;
       return OffsetsByMotion(*rig_, board, videos_, motion,
-                             [&](uint64_t done, uint64_t total) { return Tell("sync", done, total); });
+                             [&](uint64_t done, uint64_t total) { return Report("sync", done, total); });
     }
     case SyncWay::kLtc:
       return OffsetsByLtc(options_.ltc, videos_);
@@ -355,7 +355,7 @@ absl::Status Importer::Write() {
   absl::Status status = ForEachAtOnce(videos_.size(), kAtOnce, [&](size_t camera) {
     return WriteCameraStream(imported, camera, [&] {
       const uint64_t so_far = ++done;
-      return Tell("import", so_far, total);
+      return Report("import", so_far, total);
     });
   });
   if (status.ok()) status = WriteLedger(imported, notes_);

@@ -351,7 +351,7 @@ absl::Status UseFrames(const std::vector<int64_t>& pts, const std::vector<int64_
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const FramesSeen& seen) {
+absl::StatusOr<v1::VideoFacts> InspectVideo(const std::string& path, const FramesSeen& seen) {
   struct stat info = {};
   if (stat(path.c_str(), &info) != 0) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
   if (!S_ISREG(info.st_mode)) return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));

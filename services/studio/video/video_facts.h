@@ -20,9 +20,9 @@ using FramesSeen = std::function<bool(uint64_t frames)>;
 // absolute and without links. NotFound. InvalidArgument: no video, one without times or whole pictures,
 // pictures that change size; names the file and a remedy. DeadlineExceeded, Cancelled, and errors of
 // VideoProgram::Start.
-absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const FramesSeen& seen = nullptr);
+absl::StatusOr<v1::VideoFacts> InspectVideo(const std::string& path, const FramesSeen& seen = nullptr);
 
-// What a file with sound says of it, and of nothing else. Errors as LookAtVideo.
+// What a file with sound says of it, and of nothing else. Errors as InspectVideo.
 absl::StatusOr<v1::VideoFacts> ReadSoundHeader(const std::string& path);
 
 // Arguments before "-i" that all decoding shares: so that every run decodes the same frames.

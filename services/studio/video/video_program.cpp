@@ -76,7 +76,7 @@ absl::StatusOr<VideoProgramOutput> VideoProgram::Finish(const std::function<bool
   auto last = std::chrono::steady_clock::now();
   pipe_.Close();
   for (;;) {
-    const int ended = program_.Look(&said.wait_status);
+    const int ended = program_.Poll(&said.wait_status);
     if (ended > 0) break;
     if (ended < 0) return SystemError("its end is unknown", errno);
     const size_t size = SizeOf(kept_) + SizeOf(errors_);

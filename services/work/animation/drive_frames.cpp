@@ -80,7 +80,7 @@ class FrameRun {
       if (stop_.stop_requested()) return Cancelled();
       std::optional<v1::FrameReport>& report = standing_[at];
       if (report && report->driven().follows() == MemoryChecksum(driver.memory()) &&
-          driver.Recall(report->driven().memory(), list_.NameOf(at)).ok()) {
+          driver.Restore(report->driven().memory(), list_.NameOf(at)).ok()) {
         TellFinished(at, *report, /*reused=*/true);
         report.reset();
         continue;

@@ -23,7 +23,7 @@
 #include "capture/take/take_files.h"
 #include "capture/take/take_progress.h"
 #include "services/formats/files/frame_folders.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/job_verdict.h"
 #include "services/studio/recording/take_verdict.h"
 #include "services/work/animation/camera_feed.h"
@@ -123,7 +123,7 @@ class LiveRun {
     absl::StatusOr<FrameDriver> driver = FrameDriver::Create(life_.job().spec(), inputs_, keys_, out_);
     if (!driver.ok()) return driver.status();
     if (!standing_.empty())
-      WEFT_RETURN_IF_ERROR(driver->Recall(standing_.back().driven().memory(), standing_.back().frame()));
+      WEFT_RETURN_IF_ERROR(driver->Restore(standing_.back().driven().memory(), standing_.back().frame()));
     const int cores = threads > 0 ? threads : tbb::info::default_concurrency();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(cores) + 1);

@@ -28,7 +28,7 @@ absl::Status DrivingTrials::Drive(ClothTake& take, ObservedTake& seen, const Fra
     if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
     const auto k = static_cast<int>(frame - frames.first);
     WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(static_cast<int>(frame)));
-    WEFT_ASSIGN_OR_RETURN(std::vector<ViewObservations> views, seen.Look(static_cast<int>(frame), truth));
+    WEFT_ASSIGN_OR_RETURN(std::vector<ViewObservations> views, seen.Observe(static_cast<int>(frame), truth));
     if (trial.beside) WEFT_RETURN_IF_ERROR(trial.beside(k, truth, views));
     if (trial.dark(k)) views.front().observations.clear();
     if (trial.forgets) driver.Reset();

@@ -56,7 +56,8 @@ absl::StatusOr<FilmedViews> FilmedViews::Create(const Template& garment, const B
   return FilmedViews(garment, body, std::move(index), std::move(studio));
 }
 
-absl::StatusOr<std::vector<ViewObservations>> FilmedViews::Look(const Moment& moment, const Rig& rig) const {
+absl::StatusOr<std::vector<ViewObservations>> FilmedViews::Observe(const Moment& moment,
+                                                                   const Rig& rig) const {
   const double seconds = 1e-9 * static_cast<double>(moment.after.time_ns - moment.before.time_ns);
   MovingMesh cloth{{moment.now.vertices_mm, faces_},
                    VelocitiesOf(moment.before.vertices_mm, moment.after.vertices_mm, seconds)};

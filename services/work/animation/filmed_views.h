@@ -39,7 +39,7 @@ class FilmedViews {
   };
   // An entry per camera, in the order of the rig. Runs in the calling thread's TBB arena, the same
   // observations at any number of threads. Errors of StudioScene, RenderView and DecodeView.
-  absl::StatusOr<std::vector<ViewObservations>> Look(const Moment& moment, const Rig& rig) const;
+  absl::StatusOr<std::vector<ViewObservations>> Observe(const Moment& moment, const Rig& rig) const;
 
  private:
   FilmedViews(const Template& garment, const BodyShape& body, BoardIndex index, SyntheticTakeOptions studio);

@@ -30,7 +30,7 @@ FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& in
       out_(std::move(out)),
       driver_(std::move(driver)) {}
 
-absl::Status FrameDriver::Recall(const std::string& memory, const std::string& frame) {
+absl::Status FrameDriver::Restore(const std::string& memory, const std::string& frame) {
   if (memory == memory_) return absl::OkStatus();
   WEFT_ASSIGN_OR_RETURN(DriverMemory decoded, DecodeMemory(memory));
   if (decoded.drive.track.known > 0) {
@@ -38,7 +38,7 @@ absl::Status FrameDriver::Recall(const std::string& memory, const std::string& f
                           ReadRegisteredMesh((std::filesystem::path(out_) / frame / "mesh.ply").string()));
     for (const Eigen::Vector3d& p : mesh.vertices_mm) decoded.drive.mesh_mm.push_back(p.cast<float>());
   }
-  absl::Status status = driver_.Recall(std::move(decoded));
+  absl::Status status = driver_.Restore(std::move(decoded));
   if (status.ok()) memory_ = memory;
   return status;
 }

@@ -25,7 +25,7 @@ class FrameDriver {
   const std::string& memory() const { return memory_; }
   // Goes on from there; `frame` is the one that it was written with, whose mesh belongs to it.
   // InvalidArgument: it cannot be the memory of this avatar. Errors of ReadRegisteredMesh.
-  absl::Status Recall(const std::string& memory, const std::string& frame);
+  absl::Status Restore(const std::string& memory, const std::string& frame);
 
   // Drives the frame, of which `watch` has run since it was begun, and returns its report, which is not yet
   // written. FailedPrecondition, with both names: the rig's positions are in another unit than the

@@ -36,7 +36,7 @@ class FollowedTake : public LiveFeed {
   absl::StatusOr<std::optional<LiveFrame>> Newest(const std::stop_token& stop) override {
     int64_t looked_ns = HostTime_ns();
     while (!stop.stop_requested()) {
-      WEFT_ASSIGN_OR_RETURN(const TakeProgress* progress, follower_.Look());
+      WEFT_ASSIGN_OR_RETURN(const TakeProgress* progress, follower_.Poll());
       const std::vector<RecordedSet>& sets = progress->sets;
       if (!sets.empty() && sets.back().number >= next_number_) return Give(sets);
       if (progress->closed || is_abandoned_) return std::nullopt;

@@ -164,7 +164,7 @@ class SampleMaker {
       WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(f));
       if (!rig) rig = RandomRig(truth.vertices_mm, drive.cameras, key);
       WEFT_ASSIGN_OR_RETURN(const auto seen,
-                            cloth.Look(truth, *rig, key ^ MixBits(static_cast<uint64_t>(f))));
+                            cloth.Observe(truth, *rig, key ^ MixBits(static_cast<uint64_t>(f))));
       WEFT_ASSIGN_OR_RETURN(const auto rays,
                             RaysOf(DrivingViewsOf(seen, *rig), nodes_, SparseViewOptions().cloth_sigma_px));
       WEFT_ASSIGN_OR_RETURN(const auto driven, driver.Drive(request_.every, rays));

@@ -34,8 +34,8 @@ class ImitatedTake : public ObservedTake {
   ImitatedTake(const Template& garment, const BodyShape& body, Rig rig, uint64_t seed)
       : views_(garment, body), rig_(std::move(rig)), seed_(seed) {}
   const Rig& rig() const override { return rig_; }
-  absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) override {
-    return views_.Look(truth, rig_, MixBits(seed_) ^ static_cast<uint64_t>(frame));
+  absl::StatusOr<std::vector<ViewObservations>> Observe(int frame, const ClothFrame& truth) override {
+    return views_.Observe(truth, rig_, MixBits(seed_) ^ static_cast<uint64_t>(frame));
   }
 
  private:
@@ -54,7 +54,7 @@ class DecodedTake : public ObservedTake {
         dump_(std::move(dump)),
         index_of_frame_(std::move(index_of_frame)) {}
   const Rig& rig() const override { return rig_; }
-  absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& /*truth*/) override {
+  absl::StatusOr<std::vector<ViewObservations>> Observe(int frame, const ClothFrame& /*truth*/) override {
     const FrameImages images{rig_, board_, *dump_, index_of_frame_[static_cast<size_t>(frame)]};
     return DecodeFrame(kNeverKept, images, {}, std::nullopt, {}, {}).views;
   }
@@ -73,12 +73,12 @@ class FilmedTake : public ObservedTake {
   FilmedTake(ClothTake take, FilmedViews views, Rig rig)
       : take_(std::move(take)), views_(std::move(views)), rig_(std::move(rig)) {}
   const Rig& rig() const override { return rig_; }
-  absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) override {
+  absl::StatusOr<std::vector<ViewObservations>> Observe(int frame, const ClothFrame& truth) override {
     const auto known = seen_.find(frame);
     if (known != seen_.end()) return known->second;
     WEFT_ASSIGN_OR_RETURN(const ClothFrame before, take_.Read(std::max(frame - 1, 0)));
     WEFT_ASSIGN_OR_RETURN(const ClothFrame after, take_.Read(std::min(frame + 1, take_.frames() - 1)));
-    absl::StatusOr<std::vector<ViewObservations>> seen = views_.Look({truth, before, after, frame}, rig_);
+    absl::StatusOr<std::vector<ViewObservations>> seen = views_.Observe({truth, before, after, frame}, rig_);
     if (seen.ok()) seen_[frame] = *seen;
     return seen;
   }

@@ -24,7 +24,7 @@ class ObservedTake {
   // Of the cameras that look.
   virtual const Rig& rig() const = 0;
   // An entry per camera. `truth` is the frame's cloth. Runs in the calling thread's TBB arena.
-  virtual absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) = 0;
+  virtual absl::StatusOr<std::vector<ViewObservations>> Observe(int frame, const ClothFrame& truth) = 0;
 };
 
 // How takes without pictures are looked at.

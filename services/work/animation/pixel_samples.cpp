@@ -55,7 +55,7 @@ class PixelSampleMaker {
     for (int f = run.first; f < run.last; f += run.every) {
       if (stop.stop_requested()) return absl::CancelledError("the making of samples was stopped");
       WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(f));
-      WEFT_ASSIGN_OR_RETURN(const auto found, seen->Look(f, truth));
+      WEFT_ASSIGN_OR_RETURN(const auto found, seen->Observe(f, truth));
       const std::vector<DrivingView> views = DrivingViewsOf(found, seen->rig());
       WEFT_ASSIGN_OR_RETURN(const auto rays, RaysOf(views, nodes_, SparseViewOptions().cloth_sigma_px));
       const TrackedGraph track = tracker.Follow(rays);

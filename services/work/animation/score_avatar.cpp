@@ -115,7 +115,7 @@ class AvatarScorer {
     for (int k = first; k < static_cast<int>(frames.end); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
       WEFT_ASSIGN_OR_RETURN(const ClothFrame truth, take.Read(k));
-      WEFT_ASSIGN_OR_RETURN(const std::vector<ViewObservations> views, seen.Look(k, truth));
+      WEFT_ASSIGN_OR_RETURN(const std::vector<ViewObservations> views, seen.Observe(k, truth));
       const FrameInView frame{truth, views,   seen.rig(), DirectionsOf(views, seen.rig(), garment_, nodes_),
                               split, cameras, k > first};
       absl::Status status;

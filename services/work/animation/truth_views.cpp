@@ -17,8 +17,8 @@ TruthViews::TruthViews(const Template& garment, const BodyShape& body)
       print_(PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex)),
       body_(body) {}
 
-absl::StatusOr<std::vector<ViewObservations>> TruthViews::Look(const ClothFrame& frame, const Rig& rig,
-                                                               uint64_t seed) const {
+absl::StatusOr<std::vector<ViewObservations>> TruthViews::Observe(const ClothFrame& frame, const Rig& rig,
+                                                                  uint64_t seed) const {
   std::vector<Eigen::Vector3d> all = frame.vertices_mm;
   std::vector<Face> faces = faces_;
   if (frame.pose) {

@@ -22,8 +22,8 @@ class TruthViews {
 
   // An entry per camera, in the order of the rig. The same seed, frame and cameras give the same
   // observations. Runs in the calling thread's TBB arena. Errors of RayScene.
-  absl::StatusOr<std::vector<ViewObservations>> Look(const ClothFrame& frame, const Rig& rig,
-                                                     uint64_t seed) const;
+  absl::StatusOr<std::vector<ViewObservations>> Observe(const ClothFrame& frame, const Rig& rig,
+                                                        uint64_t seed) const;
 
  private:
   std::vector<Face> faces_;

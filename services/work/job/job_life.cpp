@@ -159,11 +159,11 @@ absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
   }
   for (const IncompleteFrame& frame : frames) frames_.DoAgain(frame.position);
   ++repairs_;
-  TellOfChangedInputs(frames);
+  ReportChangedInputs(frames);
   return absl::OkStatus();
 }
 
-void JobLife::TellOfChangedInputs(const std::vector<IncompleteFrame>& frames) {
+void JobLife::ReportChangedInputs(const std::vector<IncompleteFrame>& frames) {
   std::vector<std::string> names;
   for (const IncompleteFrame& frame : frames) {
     if (frame.inputs_changed) names.push_back(frames_.infos()[frame.position].frame());

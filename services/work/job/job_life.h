@@ -87,7 +87,7 @@ class JobLife {
   };
 
   void FollowIfLive();
-  void TellOfChangedInputs(const std::vector<IncompleteFrame>& frames);
+  void ReportChangedInputs(const std::vector<IncompleteFrame>& frames);
 
   v1::Job job_;
   JobFrames frames_;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/status_macros.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/job_verdict.h"
 #include "services/work/job/job_folder.h"
 #include "services/work/job/job_life.h"
@@ -62,7 +62,7 @@ class LocalJob {
       frames.clear();
       for (const IncompleteFrame& frame : incomplete) {
         frames.push_back(frame.position);
-        Tell(frame.position);
+        Report(frame.position);
       }
     }
   }
@@ -76,7 +76,7 @@ class LocalJob {
     }
     const std::vector<size_t> bridged = folder_.BridgedFrames(life_.frames().infos());
     v1::Job outcome = life_.Outcome(bridged);
-    for (const size_t position : bridged) Tell(position);
+    for (const size_t position : bridged) Report(position);
     const JobEndings endings{AssessJobFolder, WriteJobReport};
     const absl::Status written = folder_.Finish(life_.frames().infos(), endings, outcome);
     if (!status.ok() && !absl::IsCancelled(status)) return status;
@@ -104,10 +104,10 @@ class LocalJob {
     const std::optional<size_t> position = life_.frames().Find(frame);
     if (!position) return;
     change(life_.frames(), *position);
-    Tell(*position);
+    Report(*position);
   }
 
-  void Tell(size_t position) const {
+  void Report(size_t position) const {
     if (!update_) return;
     v1::JobUpdate update;
     *update.mutable_job() = life_.Describe();

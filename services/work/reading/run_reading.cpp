@@ -7,7 +7,7 @@
 #include "absl/strings/cord.h"
 #include "base/status_macros.h"
 #include "services/ground/confinement/confinement.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/job_verdict.h"
 #include "services/work/items/check_item.h"
 #include "services/work/kinds/work_kind.h"

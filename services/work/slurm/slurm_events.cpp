@@ -92,8 +92,8 @@ void SlurmExecutor::CancelStopped() {
   }
   const absl::Status status = commands_.Cancel(jobs);
   if (!status.ok()) {
-    TellWaiting(absl::StrCat("Slurm does not answer, so its tasks are not confirmed as cancelled: ",
-                             absl::string_view(status.message())));
+    ReportWaiting(absl::StrCat("Slurm does not answer, so its tasks are not confirmed as cancelled: ",
+                               absl::string_view(status.message())));
   }
 }
 
@@ -110,8 +110,8 @@ void SlurmExecutor::QueryIfSilent() {
   last_query_ = now;
   const absl::StatusOr<std::vector<SlurmRecord>> records = commands_.Query();
   if (!records.ok()) {
-    TellWaiting(absl::StrCat("Slurm does not answer; tasks that run go on, others wait: ",
-                             absl::string_view(records.status().message())));
+    ReportWaiting(absl::StrCat("Slurm does not answer; tasks that run go on, others wait: ",
+                               absl::string_view(records.status().message())));
     return;
   }
   CancelLeftovers(*records);

@@ -244,14 +244,15 @@ void SlurmExecutor::SubmitLater(size_t elements, const absl::Status& status, Clo
   const absl::string_view said = status.message();
   if (absl::IsUnavailable(status)) {
     submit_again_ = now + kSubmitAgain;
-    return TellWaiting(absl::StrCat("waits for Slurm, which takes no task now: ", said));
+    return ReportWaiting(absl::StrCat("waits for Slurm, which takes no task now: ", said));
   }
   most_at_once_ = std::max<size_t>(1, elements / 2);
   submit_again_ = elements > 1 ? now : Clock::now() + kSubmitWhenFull;
-  TellWaiting(absl::StrCat("waits for Slurm, which does not take ", elements, " more ",
-                           elements == 1 ? "task" : "tasks", " now: ", said,
-                           "; see MaxJobCount, MaxArraySize and MinJobAge of `scontrol show config`, and the "
-                           "limits on submitted jobs of the account"));
+  ReportWaiting(
+      absl::StrCat("waits for Slurm, which does not take ", elements, " more ",
+                   elements == 1 ? "task" : "tasks", " now: ", said,
+                   "; see MaxJobCount, MaxArraySize and MinJobAge of `scontrol show config`, and the "
+                   "limits on submitted jobs of the account"));
 }
 
 void SlurmExecutor::LearnLimits() {
@@ -334,7 +335,7 @@ void SlurmExecutor::RemoveEnded() {
   std::erase_if(arrays_, [](const std::shared_ptr<Array>& array) { return array->unfinished == 0; });
 }
 
-void SlurmExecutor::TellWaiting(const std::string& why) {
+void SlurmExecutor::ReportWaiting(const std::string& why) {
   std::set<std::string> told;
   for (const std::unique_ptr<Run>& run : runs_) {
     if (run->over || !told.insert(run->task.job_id()).second) continue;

@@ -76,7 +76,7 @@ class SlurmExecutor : public Executor {
   TaskFacts FactsOf(const Run& run) const;
   void End(Run& run, const TaskVerdict& verdict);
   void RemoveEnded();
-  void TellWaiting(const std::string& why);
+  void ReportWaiting(const std::string& why);
   int64_t MemoryFor(const std::string& job_id) const;
 
   const SlurmOptions options_;

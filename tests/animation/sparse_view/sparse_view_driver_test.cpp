@@ -214,7 +214,7 @@ TEST(SparseViewDriver, GoesOnFromAMemoryToTheSameBytes) {
   for (int frame = 0; frame < 5; ++frame) studio.Drive(whole, frame, {0, 1, 2});
   const DriverMemory memory = whole.Memory();
   SparseViewDriver later = NewDriver();
-  ASSERT_TRUE(later.Recall(memory).ok());
+  ASSERT_TRUE(later.Restore(memory).ok());
   for (int frame = 5; frame < 8; ++frame) {
     const DrivenFrame a = studio.Drive(whole, frame, {0, 1, 2}), b = studio.Drive(later, frame, {0, 1, 2});
     EXPECT_FALSE(b.started_anew);
@@ -226,16 +226,16 @@ TEST(SparseViewDriver, GoesOnFromAMemoryToTheSameBytes) {
   EXPECT_TRUE(studio.Drive(forgetful, 5, {0, 1, 2}).started_anew);
   DriverMemory other = memory;
   other.drive.track.state.z.conservativeResize(5);
-  EXPECT_THAT(later.Recall(other).message(), HasSubstr("of another avatar"));
+  EXPECT_THAT(later.Restore(other).message(), HasSubstr("of another avatar"));
   other = memory;
   other.drive.track.state.z[2] = std::nan("");
-  EXPECT_THAT(later.Recall(other).message(), HasSubstr("not finite"));
+  EXPECT_THAT(later.Restore(other).message(), HasSubstr("not finite"));
   other = memory;
   other.drive.track.state.local = Eigen::MatrixXd::Zero(3, 2);
-  EXPECT_THAT(later.Recall(other).message(), HasSubstr("other regions"));
+  EXPECT_THAT(later.Restore(other).message(), HasSubstr("other regions"));
   other = memory;
   other.drive.mesh_mm.resize(7);
-  EXPECT_THAT(later.Recall(other).message(), HasSubstr("has 7 vertices"));
+  EXPECT_THAT(later.Restore(other).message(), HasSubstr("has 7 vertices"));
 }
 
 TEST(SparseViewDriver, CamerasAreOffTheCarrierWhereOneMoved) {

@@ -60,12 +60,12 @@ TEST(ViewTracker, TracksStayAsTheyAre) {
   EXPECT_EQ(tracker.memory().known, 0);
   TrackMemory other;
   other.known = 3;
-  EXPECT_EQ(tracker.Recall(other).message(),
+  EXPECT_EQ(tracker.Restore(other).message(),
             "tracking: what is to be recalled is of a number of frames that is not 0 to 2");
   other.known = -1;
-  EXPECT_FALSE(tracker.Recall(other).ok());
+  EXPECT_FALSE(tracker.Restore(other).ok());
   other.known = 0;
-  EXPECT_TRUE(tracker.Recall(other).ok());
+  EXPECT_TRUE(tracker.Restore(other).ok());
 }
 
 TEST(SparseViewDriver, SaysInWordsWhyAFrameIsLost) {

@@ -61,7 +61,7 @@ class ServerStream : public grpc::ServerWriteReactor<Message> {
     stalls_.Rest();
     if (!ok || is_cancelled_) return End(stalls_.StatusOfFailure());
     if (news_ == StreamNews::kLast) return End(grpc::Status::OK);
-    if (period_.count() > 0) return LookLater();
+    if (period_.count() > 0) return PollLater();
     WriteNext();
   }
 
@@ -103,13 +103,13 @@ class ServerStream : public grpc::ServerWriteReactor<Message> {
       return Assign(next_(message_), &news_);
     });
     if (!status.ok() || news_ == StreamNews::kOver) return End(status);
-    if (news_ == StreamNews::kNone) return LookLater();
+    if (news_ == StreamNews::kNone) return PollLater();
     is_writing_ = true;
     stalls_.Moved();
     this->StartWrite(&message_);
   }
 
-  void LookLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
+  void PollLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(bell_->mutex) {
     if (period_.count() == 0) return;
     // Another one each time: this may be the call of the last one.
     alarm_ = std::make_unique<grpc::Alarm>();

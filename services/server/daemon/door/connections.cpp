@@ -324,7 +324,7 @@ void Connections::CountOpen() {
   }
   open_now_ = static_cast<int>(open_.size());
   for (const auto& listener : listeners_) {
-    for (Slot& slot : listener->slots) Tell(slot);
+    for (Slot& slot : listener->slots) Notify(slot);
   }
 }
 
@@ -368,7 +368,7 @@ void Connections::ReportViolation(const Slot& slot, const std::string& message, 
   if (audit_.Refused(entry)) spdlog::warn("{}: {}", entry.peer(), entry.message());
 }
 
-void Connections::Tell(Slot& slot) {
+void Connections::Notify(Slot& slot) {
   const auto tell = [this](const std::string& peer, int connections, const std::string& message) {
     v1::AuditEntry entry;
     entry.set_peer(EscapedText(peer));

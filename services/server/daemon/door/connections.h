@@ -77,7 +77,7 @@ class Connections {
   bool HasRoom(const Slot& slot, const Peer& peer) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Notices connections that gRPC has closed.
   void CountOpen() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Tell(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Notify(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void EndNoisy(double passed_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Those of a peer whose calls are refused again and again.
   void EndRefused(Slot& slot, double passed_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

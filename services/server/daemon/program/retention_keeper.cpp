@@ -117,7 +117,7 @@ void RetentionKeeper::Work(const std::stop_token& stop) {
     for (size_t i = 0; i < next.size() && !stop.stop_requested(); ++i) {
       if (Clock::now() >= next[i]) {
         lock.unlock();
-        Look(options_.sources[i], stop);
+        Inspect(options_.sources[i], stop);
         lock.lock();
         next[i] = Clock::now() + PauseOf(options_.sources[i]);
       }
@@ -146,7 +146,7 @@ bool RetentionKeeper::Record(const RetentionStep& step, const absl::Status& stat
 }
 
 // Once, for as long as it is so.
-void RetentionKeeper::Tell(const std::vector<std::string>& notes) {
+void RetentionKeeper::Report(const std::vector<std::string>& notes) {
   std::set<std::string> now;
   for (const std::string& note : notes) {
     std::string words = note;
@@ -157,7 +157,7 @@ void RetentionKeeper::Tell(const std::vector<std::string>& notes) {
   told_ = std::move(now);
 }
 
-void RetentionKeeper::Look(const RetentionSource& source, const std::stop_token& stop) {
+void RetentionKeeper::Inspect(const RetentionSource& source, const std::stop_token& stop) {
   const std::vector<Holding> holdings = source.list();
   RetentionPlan plan;
   {
@@ -165,7 +165,7 @@ void RetentionKeeper::Look(const RetentionSource& source, const std::stop_token&
     PassTime();
     plan = policy_.Due(source.kinds, holdings, FreeBytes());
   }
-  if (source.kinds.contains(v1::HOLDING_KIND_TAKE)) Tell(plan.notes);
+  if (source.kinds.contains(v1::HOLDING_KIND_TAKE)) Report(plan.notes);
   for (const RetentionStep& step : plan.steps) {
     if (stop.stop_requested()) return;
     if (source.is_in_use(step)) continue;

@@ -51,8 +51,8 @@ class RetentionKeeper {
 
   void Work(const std::stop_token& stop);
   void PassTime() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Tell(const std::vector<std::string>& notes);
-  void Look(const RetentionSource& source, const std::stop_token& stop);
+  void Report(const std::vector<std::string>& notes);
+  void Inspect(const RetentionSource& source, const std::stop_token& stop);
   bool Record(const RetentionStep& step, const absl::Status& status);
   void Save() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::chrono::milliseconds PauseOf(const RetentionSource& source) const

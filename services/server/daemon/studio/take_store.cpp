@@ -37,7 +37,7 @@ absl::Status NoSuchTake(const std::string& id) {
 void RemoveOldLooks(const std::string& looks_folder) {
   for (const std::string& id : TakesIn(looks_folder)) {
     const std::string folder = absl::StrCat(looks_folder, "/", id);
-    const absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
+    const absl::StatusOr<RecorderView> view = InspectRecorder(folder);
     if (!view.ok() || !view->lives) RemoveTree(folder);
   }
 }
@@ -91,7 +91,7 @@ void TakeStore::CloseDead(std::set<std::string>& known) {
     if (known.contains(id)) continue;
     const absl::StatusOr<v1::RecordedTake> take = Get(id);
     if (take.ok() && !take->recorder_lives()) {
-      const absl::Status told = TellEnd(*take);
+      const absl::Status told = NotifyEnd(*take);
       if (told.ok()) known.insert(id);
       if (!told.ok() && known.insert(id + "!").second) {
         spdlog::warn("take {}: its end is told later: {}", id, EscapedText(std::string(told.message())));
@@ -103,7 +103,7 @@ void TakeStore::CloseDead(std::set<std::string>& known) {
   }
 }
 
-absl::Status TakeStore::TellEnd(const v1::RecordedTake& take) const {
+absl::Status TakeStore::NotifyEnd(const v1::RecordedTake& take) const {
   const std::string mark = EndToldFile(FolderOf(take.id()));
   if (std::filesystem::exists(mark)) return absl::OkStatus();
   const v1::TakeKeeping& keeping = take.keeping();
@@ -115,7 +115,7 @@ absl::Status TakeStore::TellEnd(const v1::RecordedTake& take) const {
 std::map<std::string, v1::Session> TakeStore::LivingSessions() const {
   std::map<std::string, v1::Session> sessions;
   for (const std::string& id : TakesIn(options_.takes_folder)) {
-    const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
+    const absl::StatusOr<RecorderView> take = InspectRecorder(FolderOf(id));
     if (take.ok() && take->lives) sessions[id] = take->request.session();
   }
   return sessions;
@@ -167,7 +167,7 @@ absl::StatusOr<v1::RecordedTake> TakeStore::Start(const v1::StartTakeRequest& as
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
   const std::string folder = FolderOf(id);
-  if (const absl::StatusOr<RecorderView> known = LookAtRecorder(folder); known.ok()) {
+  if (const absl::StatusOr<RecorderView> known = InspectRecorder(folder); known.ok()) {
     const Caller caller{request.recording().started_by()};
     // One account may have several tokens.
     request.mutable_recording()->set_started_by(known->request.started_by());
@@ -249,7 +249,7 @@ v1::ListTakesResponse TakeStore::List(const v1::ListTakesRequest& request, size_
     if (!request.page_token().empty() && id >= request.page_token()) continue;
     absl::StatusOr<v1::RecordedTake> take;
     if (trash) {
-      absl::StatusOr<RecorderView> view = LookAtRecorder(TrashOf(id));
+      absl::StatusOr<RecorderView> view = InspectRecorder(TrashOf(id));
       if (view.ok())
         take = DescribeTakeFolder(id, TrashOf(id), *std::move(view));
       else

@@ -85,7 +85,7 @@ class TakeStore {
   absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(changing_);
   void WorkInBackground(const std::stop_token& stop);
   void CloseDead(std::set<std::string>& known);
-  absl::Status TellEnd(const v1::RecordedTake& take) const;
+  absl::Status NotifyEnd(const v1::RecordedTake& take) const;
 
   const TakeStoreOptions options_;
   Mutex starting_;  // one request at a time looks which cameras are free

@@ -166,7 +166,7 @@ class JobQueue {
   void TakeFolder(const JobRef& job, JobFiles& files);
   void CheckResults(const JobRef& job, JobFiles& files);
   void WriteResults(const JobRef& job, JobFiles& files);
-  void LookAtTake(const JobRef& job, JobFiles& files);
+  void PollTake(const JobRef& job, JobFiles& files);
   // Folders with what the daemon keeps of ended jobs (job_queue_retention.cpp).
   std::vector<std::string> OwnFolders() const;
 

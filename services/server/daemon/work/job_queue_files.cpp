@@ -52,7 +52,7 @@ void JobQueue::Defer(const JobRef& job, FilesWork what) {
       case FilesWork::kFinish:
         return [this, job, files] { WriteResults(job, *files); };
       default:
-        return [this, job, files] { LookAtTake(job, *files); };
+        return [this, job, files] { PollTake(job, *files); };
     }
   };
   const Lane lane = what == FilesWork::kTakeFolder ? Lane::kFolders : Lane::kResults;
@@ -98,11 +98,11 @@ void JobQueue::WriteResults(const JobRef& job, JobFiles& files) {
   Settle(lock);
 }
 
-void JobQueue::LookAtTake(const JobRef& job, JobFiles& files) {
+void JobQueue::PollTake(const JobRef& job, JobFiles& files) {
   const std::string take = job->job().spec().dump();
   const bool settled = options_.is_settled(take);
   if (!files.take) files.take = std::make_unique<TakeFollower>(take);
-  const absl::StatusOr<const TakeProgress*> progress = files.take->Look();
+  const absl::StatusOr<const TakeProgress*> progress = files.take->Poll();
   Lock lock(mutex_);
   table_.OnTakeSeen(job, settled, progress, HostTime_ns(), std::chrono::steady_clock::now());
   Settle(lock);

@@ -17,7 +17,7 @@ namespace {
 bool LacksRoom(const std::optional<v1::TaskError>& error, const TaskEnd& end) {
   if (end.refused) return true;
   if (error) return error->reason() != v1::ERROR_REASON_UNSPECIFIED;
-  return !end.clean && TellsLackOfThreads(end.reason);
+  return !end.clean && IsLackOfThreads(end.reason);
 }
 
 bool IsResult(v1::FrameState state) {

@@ -266,7 +266,7 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   if (!child.ok()) return outcome;
   const int status = AwaitProcess(operation.id(), *child, stop, outcome);
   const bool lacks_threads =
-      TellsLackOfThreads(absl::StrCat(outcome.error, "\n", absl::StrJoin(outcome.notes, "\n")));
+      IsLackOfThreads(absl::StrCat(outcome.error, "\n", absl::StrJoin(outcome.notes, "\n")));
   if (WIFEXITED(status))
     outcome.exit_status = WEXITSTATUS(status);
   else

@@ -32,7 +32,7 @@ namespace weft {
 namespace {
 
 bool RecorderLives(const std::string& take) {
-  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(take).parent_path());
+  const absl::StatusOr<RecorderView> recorder = InspectRecorder(std::filesystem::path(take).parent_path());
   return recorder.ok() && recorder->lives;
 }
 
@@ -59,7 +59,7 @@ absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::s
 void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec& spec) {
   const absl::StatusOr<std::string> take = TakeOfName(takes_folder, spec.dump());
   if (!take.ok() || *take == spec.dump()) return;
-  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(*take).parent_path());
+  const absl::StatusOr<RecorderView> recorder = InspectRecorder(std::filesystem::path(*take).parent_path());
   if (!recorder.ok()) return;  // whoever opens the take says why
   if (spec.rig().empty()) spec.set_rig(recorder->request.rig());
   if (spec.board().empty()) spec.set_board(recorder->request.board());

@@ -28,7 +28,7 @@ TEST(NoThreadsTest, ErrorSaysWhatMendsIt) {
 }
 
 TEST(NoThreadsTest, LastWords) {
-  EXPECT_TRUE(TellsLackOfThreads(std::string(NoFurtherThreads().message())));
+  EXPECT_TRUE(IsLackOfThreads(std::string(NoFurtherThreads().message())));
   for (const char* words : {"/usr/lib/weft-pcl: cannot be started (Resource temporarily unavailable)",
                             "libgomp: Thread creation failed: Resource temporarily unavailable",
                             "OpenBLAS blas_thread_init: pthread_create failed for thread 1 of 2: Resource "
@@ -36,11 +36,11 @@ TEST(NoThreadsTest, LastWords) {
                             "terminate called after throwing an instance of 'std::system_error' |   what():  "
                             "Resource temporarily unavailable",
                             "sh: 1: Cannot fork: Resource temporarily unavailable"})
-    EXPECT_TRUE(TellsLackOfThreads(words)) << words;
+    EXPECT_TRUE(IsLackOfThreads(words)) << words;
   // A read that would block, and other ends.
   for (const char* words :
        {"[mov] error reading header: Resource temporarily unavailable", "thread 3 crashed", ""})
-    EXPECT_FALSE(TellsLackOfThreads(words)) << words;
+    EXPECT_FALSE(IsLackOfThreads(words)) << words;
 }
 
 }  // namespace

@@ -43,9 +43,9 @@ TEST(SpawnedProgram, IsLookedAtAndKilled) {
   SpawnedProgram program;
   ASSERT_EQ(program.Start({"sleep", "60"}, {-1, -1, -1}, true), 0);
   int status = 0;
-  EXPECT_EQ(program.Look(&status), 0);
+  EXPECT_EQ(program.Poll(&status), 0);
   program.Kill();
-  EXPECT_LT(program.Look(&status), 0);
+  EXPECT_LT(program.Poll(&status), 0);
 }
 
 TEST(SpawnedProgram, SaysThatThereIsNoSuchProgram) {
@@ -79,14 +79,14 @@ TEST(SpawnedProgram, IsOfOurGroupUnlessItHasItsOwn) {
 TEST(SpawnedProgram, TellsItsEndOnce) {
   SpawnedProgram program;
   int status = 0;
-  EXPECT_EQ(program.Look(&status), -1) << "it was never started";
+  EXPECT_EQ(program.Poll(&status), -1) << "it was never started";
   EXPECT_EQ(program.Wait(), 0);
   ASSERT_EQ(program.Start({"sh", "-c", "exit 5"}, {-1}), 0);
   int ended = 0;
-  while ((ended = program.Look(&status)) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while ((ended = program.Poll(&status)) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_GT(ended, 0);
   EXPECT_EQ(WEXITSTATUS(status), 5);
-  EXPECT_EQ(program.Look(&status), -1);
+  EXPECT_EQ(program.Poll(&status), -1);
   EXPECT_EQ(program.Wait(), 0);
 }
 
@@ -95,10 +95,10 @@ TEST(SpawnedProgram, GoesWithWhatItIsMovedTo) {
   ASSERT_EQ(first.Start({"sleep", "60"}, {-1}), 0);
   SpawnedProgram second(std::move(first));
   int status = 0;
-  EXPECT_EQ(second.Look(&status), 0);
+  EXPECT_EQ(second.Poll(&status), 0);
   first.Kill();
-  EXPECT_EQ(second.Look(&status), 0) << "it is not the first one's any more";
-  EXPECT_EQ(first.Look(&status), -1);
+  EXPECT_EQ(second.Poll(&status), 0) << "it is not the first one's any more";
+  EXPECT_EQ(first.Poll(&status), -1);
 }
 
 TEST(SpawnedProgram, IsKilledWithItsOwner) {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "services/formats/files/json_file.h"
-#include "services/results/report/html_report.h"
+#include "services/results/report/job_report.h"
 #include "services/results/report/job_report_parts.h"
 #include "tests/services/results/report/sample_job.h"
 #include "tests/services/results/report/sample_mesh.h"

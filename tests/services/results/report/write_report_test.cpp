@@ -8,8 +8,8 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/rig_file.h"
-#include "services/results/report/html_report.h"
 #include "services/results/report/job_page.h"
+#include "services/results/report/job_report.h"
 #include "tests/services/results/report/sample_job.h"
 #include "tests/services/results/report/sample_mesh.h"
 

@@ -98,20 +98,20 @@ TEST_F(RecorderProcessTest, RefusesRequestsBeforeAnythingIsWritten) {
 }
 
 TEST_F(RecorderProcessTest, IsLookedAtByItsFiles) {
-  EXPECT_TRUE(absl::IsNotFound(LookAtRecorder(folder_).status()));
+  EXPECT_TRUE(absl::IsNotFound(InspectRecorder(folder_).status()));
   EXPECT_TRUE(IsSettled(folder_)) << "none was started";
   ASSERT_TRUE(WriteJsonFile(files_.request, request_).ok());
-  auto view = LookAtRecorder(folder_);
+  auto view = InspectRecorder(folder_);
   ASSERT_TRUE(view.ok()) << view.status();
   EXPECT_EQ(view->request.session().cameras(0).id(), "left");
   EXPECT_EQ(view->state.phase(), v1::RecorderState().phase());
   EXPECT_FALSE(view->lives);
   EXPECT_FALSE(IsSettled(folder_));
   Put(v1::RECORDER_PHASE_ENDED, "over");
-  EXPECT_EQ(LookAtRecorder(folder_)->state.message(), "over");
+  EXPECT_EQ(InspectRecorder(folder_)->state.message(), "over");
   EXPECT_TRUE(IsSettled(folder_));
   WriteBytes(files_.state, "{");
-  EXPECT_FALSE(LookAtRecorder(folder_).ok());
+  EXPECT_FALSE(InspectRecorder(folder_).ok());
   EXPECT_FALSE(IsSettled(folder_));
 }
 
@@ -130,7 +130,7 @@ TEST_F(RecorderProcessTest, IsStoppedByASignal) {
   EXPECT_EQ(waitpid(child, nullptr, WNOHANG), 0);
   const UniqueFd lock(open(files_.lock.c_str(), O_RDONLY | O_CLOEXEC));
   ASSERT_EQ(flock(lock.get(), LOCK_EX), 0);
-  EXPECT_TRUE(LookAtRecorder(folder_)->lives);
+  EXPECT_TRUE(InspectRecorder(folder_)->lives);
   EXPECT_TRUE(IsSettled(folder_));
   EXPECT_EQ(Recovered().phase(), v1::RECORDER_PHASE_RECORDING) << "it lives";
   EXPECT_TRUE(StopRecorder(folder_).ok());
@@ -140,7 +140,7 @@ TEST_F(RecorderProcessTest, IsStoppedByASignal) {
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
   for (const char* text : {"1", "0", "-5", "none", ""}) {
     WriteBytes(files_.lock, text);
-    EXPECT_FALSE(LookAtRecorder(folder_)->lives) << text;
+    EXPECT_FALSE(InspectRecorder(folder_)->lives) << text;
   }
 }
 
@@ -156,7 +156,7 @@ TEST_F(RecorderProcessTest, TheTakeOfOneThatDiedIsRecovered) {
   EXPECT_EQ(ReadTakeFile(files_.take)->state(), v1::TAKE_STATE_RECOVERED);
   EXPECT_FALSE(fs::exists(files_.room));
   EXPECT_TRUE(IsSettled(folder_));
-  EXPECT_EQ(LookAtRecorder(folder_)->state.message(), state.message());
+  EXPECT_EQ(InspectRecorder(folder_)->state.message(), state.message());
 }
 
 TEST_F(RecorderProcessTest, OneThatFailedKeepsItsReason) {
@@ -206,7 +206,7 @@ TEST_F(RecorderProcessTest, ATakeThatCannotBeRecoveredIsTriedAgain) {
               AllOf(HasSubstr("the recorder ended abnormally; the take cannot be recovered yet: "),
                     HasSubstr("; it is tried again whenever somebody looks")));
   EXPECT_FALSE(IsSettled(folder_));
-  EXPECT_EQ(LookAtRecorder(folder_)->state.phase(), v1::RECORDER_PHASE_RECORDING) << "nothing was written";
+  EXPECT_EQ(InspectRecorder(folder_)->state.phase(), v1::RECORDER_PHASE_RECORDING) << "nothing was written";
   // One that has said why keeps its reason.
   Put(v1::RECORDER_PHASE_FAILED, "disk full");
   EXPECT_EQ(on_full_disk().message(), "disk full");

@@ -27,7 +27,7 @@ class ImportedTakeTest : public ::testing::Test {
  protected:
   ImportedTakeTest() {
     MakeVideo(temp_ / "a.mkv", Values(10, 8), "25");
-    auto facts = LookAtVideo(fs::canonical(temp_ / "a.mkv").string());
+    auto facts = InspectVideo(fs::canonical(temp_ / "a.mkv").string());
     EXPECT_TRUE(facts.ok()) << facts.status();
     videos_.push_back(facts.value_or(v1::VideoFacts()));
     videos_[0].set_camera("left");

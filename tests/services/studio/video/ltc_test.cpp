@@ -102,7 +102,7 @@ TEST(OffsetsByLtc, ListensToEveryChannelOfEveryStream) {
         (temp / "a.raw") +
         "' -filter_complex '[2:a][3:a]amerge=inputs=2[a]' -map 0 -map 1:a -map '[a]' -c:v copy -c:a flac '" +
         (temp / "a.mkv") + "'");
-  auto facts = LookAtVideo(std::filesystem::canonical(temp / "a.mkv").string());
+  auto facts = InspectVideo(std::filesystem::canonical(temp / "a.mkv").string());
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_THAT(facts->audio_channels(), ::testing::ElementsAre(1, 2));
   facts->set_camera("a");

@@ -90,7 +90,7 @@ class MotionOffsetsTest : public ::testing::Test {
     WriteBytes(file + ".raw", raw);
     Shell("ffmpeg -v error -y -f rawvideo -pixel_format rgb24 -video_size 320x240 -framerate 20 -i '" + file +
           ".raw' -c:v ffv1 -pix_fmt bgr0 '" + file + "'");
-    auto facts = LookAtVideo(std::filesystem::canonical(file).string());
+    auto facts = InspectVideo(std::filesystem::canonical(file).string());
     EXPECT_TRUE(facts.ok()) << facts.status();
     facts->set_camera(camera);
     return *std::move(facts);

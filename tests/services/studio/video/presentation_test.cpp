@@ -123,10 +123,10 @@ TEST(Edits, HaveNumbersThatCanBeAddedUp) {
 }
 
 // The first picture has the file's label, whatever the decoder waits for.
-TEST(LookAtVideo, KnowsWhenPicturesOfAviAreShown) {
+TEST(InspectVideo, KnowsWhenPicturesOfAviAreShown) {
   const TempFolder temp;
   MakeVideo(temp / "b.avi", Values(10, 30), "25", "-c:v libx264 -bf 2 -metadata timecode=10:00:00:00");
-  const auto facts = LookAtVideo(temp / "b.avi");
+  const auto facts = InspectVideo(temp / "b.avi");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->complaint(), "");
   ASSERT_EQ(facts->frame_pts_size(), 30);

@@ -22,14 +22,14 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string WhyRefused(const std::string& path) {
-  const auto facts = LookAtVideo(path);
+  const auto facts = InspectVideo(path);
   return facts.ok() ? "" : std::string(facts.status().message());
 }
 
-TEST(LookAtVideo, KnowsSizeTimesAndTimecode) {
+TEST(InspectVideo, KnowsSizeTimesAndTimecode) {
   const TempFolder temp;
   MakeVideo(temp / "a.mov", Values(10, 60), "30000/1001", "-c:v libx264 -bf 2 -timecode '10:22:33;12'");
-  const auto facts = LookAtVideo(temp / "a.mov");
+  const auto facts = InspectVideo(temp / "a.mov");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->width_px(), 32);
   EXPECT_EQ(facts->height_px(), 16);
@@ -44,31 +44,31 @@ TEST(LookAtVideo, KnowsSizeTimesAndTimecode) {
   EXPECT_NEAR(timecode->fps, 29.97, 0.001);
 }
 
-TEST(LookAtVideo, ReadsTheTimecodeOfMatroska) {
+TEST(InspectVideo, ReadsTheTimecodeOfMatroska) {
   const TempFolder temp;
   MakeVideo(temp / "b.mkv", Values(10, 5), "24", "-c:v ffv1 -timecode 01:00:00:23");
-  const auto facts = LookAtVideo(temp / "b.mkv");
+  const auto facts = InspectVideo(temp / "b.mkv");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(TimecodeOfFirst(*facts)->Number(), 3600 * 24 + 23);
   MakeVideo(temp / "none.mkv", Values(10, 5), "24");
-  EXPECT_TRUE(absl::IsNotFound(TimecodeOfFirst(*LookAtVideo(temp / "none.mkv")).status()));
+  EXPECT_TRUE(absl::IsNotFound(TimecodeOfFirst(*InspectVideo(temp / "none.mkv")).status()));
 }
 
-TEST(LookAtVideo, KeepsWhatATruncatedFileHolds) {
+TEST(InspectVideo, KeepsWhatATruncatedFileHolds) {
   const TempFolder temp;
   MakeVideo(temp / "whole.mkv", Values(0, 100), "25", "-c:v ffv1 -g 1 -vf noise=alls=90");
   const std::string bytes = ReadBytes(temp / "whole.mkv");
   WriteBytes(temp / "cut.mkv", bytes.substr(0, bytes.size() / 2));
-  const auto facts = LookAtVideo(temp / "cut.mkv");
+  const auto facts = InspectVideo(temp / "cut.mkv");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_GT(facts->frame_pts_size(), 30);
   EXPECT_LT(facts->frame_pts_size(), 70);
   EXPECT_NE(facts->complaint(), "");
 }
 
-TEST(LookAtVideo, SaysWhyAFileIsNoVideo) {
+TEST(InspectVideo, SaysWhyAFileIsNoVideo) {
   const TempFolder temp;
-  EXPECT_TRUE(absl::IsNotFound(LookAtVideo(temp / "nothing.mp4").status()));
+  EXPECT_TRUE(absl::IsNotFound(InspectVideo(temp / "nothing.mp4").status()));
   WriteBytes(temp / "empty.mp4", "");
   EXPECT_THAT(WhyRefused(temp / "empty.mp4"),
               AllOf(HasSubstr("empty.mp4: the file is empty"), HasSubstr("copy")));
@@ -82,7 +82,7 @@ TEST(LookAtVideo, SaysWhyAFileIsNoVideo) {
   EXPECT_THAT(WhyRefused(temp / "sound.mov"), HasSubstr("sound.mov: it holds no video"));
 }
 
-TEST(LookAtVideo, ReadsThatFileAndNoOther) {
+TEST(InspectVideo, ReadsThatFileAndNoOther) {
   const TempFolder temp;
   MakeVideo(temp / "secret.mkv", Values(10, 5), "24");
   WriteBytes(temp / "list.mkv", "ffconcat version 1.0\nfile secret.mkv\n");
@@ -90,11 +90,11 @@ TEST(LookAtVideo, ReadsThatFileAndNoOther) {
 }
 
 // All that ffprobe and the decoder say of a small film.
-TEST(LookAtVideo, TellsAllThatImportsNeed) {
+TEST(InspectVideo, TellsAllThatImportsNeed) {
   const TempFolder temp;
   const std::string path = temp / "a.mov";
   MakeVideo(path, Values(10, 5), "30", "-c:v libx264 -bf 0 -timecode 10:22:33:12");
-  auto facts = LookAtVideo(path);
+  auto facts = InspectVideo(path);
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->bytes(), std::filesystem::file_size(path));
   const auto modified = std::chrono::file_clock::to_sys(std::filesystem::last_write_time(path));
@@ -110,12 +110,12 @@ TEST(LookAtVideo, TellsAllThatImportsNeed) {
 }
 
 // Copied from its 11th picture on: decoding begins with the key frame before.
-TEST(LookAtVideo, PicturesThatAnEditListHidesAreCountedAndNotShown) {
+TEST(InspectVideo, PicturesThatAnEditListHidesAreCountedAndNotShown) {
   const TempFolder temp;
   MakeVideo(temp / "whole.mp4", Values(10, 40), "25",
             "-c:v libx264 -bf 0 -g 8 -keyint_min 8 -sc_threshold 0");
   Shell("ffmpeg -v error -y -ss 0.4 -i '" + (temp / "whole.mp4") + "' -c copy '" + (temp / "part.mp4") + "'");
-  const auto facts = LookAtVideo(temp / "part.mp4");
+  const auto facts = InspectVideo(temp / "part.mp4");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->hidden(), 2u);
   EXPECT_EQ(facts->frame_pts_size(), 30);
@@ -126,7 +126,7 @@ TEST(LookAtVideo, PicturesThatAnEditListHidesAreCountedAndNotShown) {
 }
 
 // Its packets outnumber its pictures: some are there for others to follow from, at times of their own.
-TEST(LookAtVideo, PacketsThatACodeNeverShowsAreNotMissing) {
+TEST(InspectVideo, PacketsThatACodeNeverShowsAreNotMissing) {
   const TempFolder temp;
   const std::string encode =
       "cd '" + temp.path() +
@@ -137,7 +137,7 @@ TEST(LookAtVideo, PacketsThatACodeNeverShowsAreNotMissing) {
   const auto packets = ReadPackets(temp / "a.webm", nullptr);
   ASSERT_TRUE(packets.ok()) << packets.status();
   ASSERT_GT(packets->size(), 50u);
-  const auto facts = LookAtVideo(temp / "a.webm");
+  const auto facts = InspectVideo(temp / "a.webm");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->codec(), "vp8");
   EXPECT_EQ(facts->frame_pts_size(), 50);
@@ -146,17 +146,17 @@ TEST(LookAtVideo, PacketsThatACodeNeverShowsAreNotMissing) {
   EXPECT_EQ(facts->complaint(), "");
 }
 
-TEST(LookAtVideo, CountsPicturesOfTwoFields) {
+TEST(InspectVideo, CountsPicturesOfTwoFields) {
   const TempFolder temp;
   MakeVideo(temp / "a.mp4", Values(10, 6), "25", "-c:v libx264 -flags +ildct+ilme -x264opts tff=1");
-  const auto facts = LookAtVideo(temp / "a.mp4");
+  const auto facts = InspectVideo(temp / "a.mp4");
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_EQ(facts->interlaced(), 6u);
   EXPECT_EQ(facts->frame_pts_size(), 6);
 }
 
 // Bytes within the 16th packet of 40, whose key frames are ten apart.
-TEST(LookAtVideo, LeavesOutADamagedPictureAndThoseThatFollowFromIt) {
+TEST(InspectVideo, LeavesOutADamagedPictureAndThoseThatFollowFromIt) {
   const TempFolder temp;
   const std::string path = temp / "a.mp4";
   Shell(
@@ -173,7 +173,7 @@ TEST(LookAtVideo, LeavesOutADamagedPictureAndThoseThatFollowFromIt) {
   ASSERT_LT(at + size, bytes.size());
   for (size_t i = 0; i < 40; ++i) bytes[at + size / 2 + i] ^= 0x5a;
   WriteBytes(path, bytes);
-  const auto facts = LookAtVideo(path);
+  const auto facts = InspectVideo(path);
   ASSERT_TRUE(facts.ok()) << facts.status();
   EXPECT_THAT(facts->damaged_pts(), ::testing::ElementsAre(7680, 8192, 8704, 9216, 9728));
   EXPECT_THAT(facts->unused(), ::testing::ElementsAre(15, 16, 17, 18, 19));
@@ -184,13 +184,13 @@ TEST(LookAtVideo, LeavesOutADamagedPictureAndThoseThatFollowFromIt) {
   EXPECT_EQ(facts->same_time(), 0u);
 }
 
-TEST(LookAtVideo, IsStoppedByWhoWatchesIt) {
+TEST(InspectVideo, IsStoppedByWhoWatchesIt) {
   const TempFolder temp;
   Shell("ffmpeg -v error -y -f lavfi -i testsrc2=s=640x480:r=25:d=8 -c:v mjpeg '" + (temp / "a.mkv") + "'");
-  const auto stopped = LookAtVideo(temp / "a.mkv", [](uint64_t) { return false; });
+  const auto stopped = InspectVideo(temp / "a.mkv", [](uint64_t) { return false; });
   EXPECT_TRUE(absl::IsCancelled(stopped.status())) << stopped.status();
-  EXPECT_EQ(LookAtVideo(temp.path()).status().message(), temp.path() + ": not a file");
-  EXPECT_EQ(LookAtVideo(temp / "b.mkv").status().message(), temp / "b.mkv" + std::string(": no such file"));
+  EXPECT_EQ(InspectVideo(temp.path()).status().message(), temp.path() + ": not a file");
+  EXPECT_EQ(InspectVideo(temp / "b.mkv").status().message(), temp / "b.mkv" + std::string(": no such file"));
 }
 
 TEST(ReadSoundHeader, TellsOfSoundAlone) {

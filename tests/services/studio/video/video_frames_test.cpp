@@ -22,7 +22,7 @@ class VideoFramesTest : public ::testing::Test {
   VideoFramesTest() { Look("-c:v ffv1"); }
   void Look(const std::string& options) {
     MakeVideo(temp_ / "a.mkv", Values(10, 10), "25", options);
-    auto facts = LookAtVideo(std::filesystem::canonical(temp_ / "a.mkv").string());
+    auto facts = InspectVideo(std::filesystem::canonical(temp_ / "a.mkv").string());
     ASSERT_TRUE(facts.ok()) << facts.status();
     facts_ = *facts;
     facts_.set_camera("left");

@@ -26,13 +26,13 @@ TEST(RegistrationBaseline, FindsWhatManyCamerasSee) {
   const ClothFrame frame{0, tube.rest.vertices_mm, {}};
   const RegistrationBaseline registration(tube);
   const Rig many = *DrivingRig(8, frame.vertices_mm, 1);
-  const auto mesh = registration.Register(many, *views.Look(frame, many, 1));
+  const auto mesh = registration.Register(many, *views.Observe(frame, many, 1));
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_LT(WorstMm(mesh->vertices_mm, frame.vertices_mm), 1.5);
   EXPECT_GT(std::count(mesh->state.begin(), mesh->state.end(), VertexState::kObserved), 600);
   // Two that face each other have no point in common.
   const Rig two = *DrivingRig(2, frame.vertices_mm, 1);
-  EXPECT_EQ(registration.Register(two, *views.Look(frame, two, 1)).status().code(),
+  EXPECT_EQ(registration.Register(two, *views.Observe(frame, two, 1)).status().code(),
             absl::StatusCode::kFailedPrecondition);
 }
 

@@ -33,7 +33,7 @@ class Filmed : public testing::Test {
     return out;
   }
   std::vector<ViewObservations> LookAt(const ClothFrame& frame) const {
-    const auto seen = views_->Look({frame, frame, frame, 0}, rig_);
+    const auto seen = views_->Observe({frame, frame, frame, 0}, rig_);
     EXPECT_TRUE(seen.ok()) << seen.status();
     return *seen;
   }
@@ -54,7 +54,7 @@ size_t CellsIn(const std::vector<ViewObservations>& seen) {
 // The velocity is that of the neighbours, and the picture's exposure has its middle at the frame.
 TEST_F(Filmed, CellsAreFoundWhereTheClothIsAtTheFrame) {
   const ClothFrame now = FrameAt(33'000'000, 0), before = FrameAt(0, -12), after = FrameAt(66'000'000, 12);
-  const auto seen = views_->Look({now, before, after, 1}, rig_);
+  const auto seen = views_->Observe({now, before, after, 1}, rig_);
   ASSERT_TRUE(seen.ok()) << seen.status();
   ASSERT_EQ(seen->size(), 2u);
   EXPECT_GT(CellsIn(*seen), 700u);
@@ -111,7 +111,7 @@ TEST_F(Filmed, ViewsStayAsTheyAre) {
         // Behind the tube, so that cameras see both.
         frame->pose->root_mm = {0, 0, 500.0 + 1e-7 * static_cast<double>(frame->time_ns)};
       }
-    const auto seen = views_->Look({now, before, after, 3}, rig_);
+    const auto seen = views_->Observe({now, before, after, 3}, rig_);
     ASSERT_TRUE(seen.ok()) << seen.status();
     for (const ViewObservations& view : *seen) {
       std::vector<double> pixels;

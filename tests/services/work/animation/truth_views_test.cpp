@@ -22,7 +22,7 @@ class Views : public testing::Test {
 // its own half.
 TEST_F(Views, FacingCamerasSeeTheirOwnHalves) {
   const Rig rig = *DrivingRig(2, frame_.vertices_mm, 1);
-  const auto seen = views_.Look(frame_, rig, 1);
+  const auto seen = views_.Observe(frame_, rig, 1);
   ASSERT_TRUE(seen.ok()) << seen.status();
   ASSERT_EQ(seen->size(), 2u);
   std::set<BoardNode> nodes[2];
@@ -44,8 +44,8 @@ TEST_F(Views, FacingCamerasSeeTheirOwnHalves) {
 
 TEST_F(Views, NoiseFollowsTheSeedAlone) {
   const Rig rig = *DrivingRig(3, frame_.vertices_mm, 1);
-  const auto a = *views_.Look(frame_, rig, 5), again = *views_.Look(frame_, rig, 5),
-             other = *views_.Look(frame_, rig, 6);
+  const auto a = *views_.Observe(frame_, rig, 5), again = *views_.Observe(frame_, rig, 5),
+             other = *views_.Observe(frame_, rig, 6);
   ASSERT_FALSE(a[0].observations.empty());
   EXPECT_EQ(a[0].observations[0].x_px, again[0].observations[0].x_px);
   EXPECT_NE(a[0].observations[0].x_px, other[0].observations[0].x_px);
@@ -56,7 +56,7 @@ TEST_F(Views, TheWearerHidesCloth) {
   ClothFrame worn = frame_;
   worn.pose.emplace();
   const Rig rig = *DrivingRig(2, frame_.vertices_mm, 1);
-  const auto bare = *views_.Look(frame_, rig, 1), hidden = *views_.Look(worn, rig, 1);
+  const auto bare = *views_.Observe(frame_, rig, 1), hidden = *views_.Observe(worn, rig, 1);
   EXPECT_LT(hidden[0].observations.size() + hidden[1].observations.size(),
             bare[0].observations.size() + bare[1].observations.size());
 }
@@ -66,7 +66,7 @@ TEST_F(Views, StayAsTheyAre) {
   for (const DrivingPlaces& places : {DrivingPlaces{}, DrivingPlaces{140, 3000}}) {
     const Rig rig = *DrivingRig(3, frame_.vertices_mm, 2, places);
     EXPECT_EQ(rig.id, "driving");
-    const auto seen = views_.Look(frame_, rig, 5);
+    const auto seen = views_.Observe(frame_, rig, 5);
     ASSERT_TRUE(seen.ok()) << seen.status();
     for (const ViewObservations& view : *seen) {
       std::vector<double> pixels;
@@ -78,7 +78,7 @@ TEST_F(Views, StayAsTheyAre) {
   ClothFrame worn = frame_;
   worn.pose.emplace();
   const Rig rig = *DrivingRig(2, frame_.vertices_mm, 1);
-  const auto of_worn = views_.Look(worn, rig, 1);
+  const auto of_worn = views_.Observe(worn, rig, 1);
   ASSERT_TRUE(of_worn.ok()) << of_worn.status();
   for (const ViewObservations& view : *of_worn)
     recorded.Add("worn", static_cast<double>(view.observations.size()));
