@@ -109,6 +109,15 @@ absl::Status Catalogue::Update(const v1::Job& job, const std::map<size_t, v1::Fr
   return transaction.Commit();
 }
 
+absl::Status Catalogue::KeepPriority(const std::string& id, int priority) {
+  const MutexLock lock(mutex_);
+  absl::StatusOr<v1::JobUpdate> record = records_.Read(id);
+  if (absl::IsNotFound(record.status())) return absl::OkStatus();
+  WEFT_RETURN_IF_ERROR(record.status());
+  record->mutable_job()->set_priority(priority);
+  return records_.Write(*std::move(record));
+}
+
 absl::StatusOr<std::vector<v1::Job>> Catalogue::Select(const std::string& which,
                                                        const std::string& parameter) {
   const MutexLock lock(mutex_);

@@ -43,6 +43,10 @@ class Catalogue {
   // where it is missing.
   absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 
+  // In its record, for one that has not ended; the row follows by Update. Nothing to do where it has no
+  // record.
+  absl::Status KeepPriority(const std::string& id, int priority);
+
   // A row that was damaged while the catalogue was in use is read as an entry that says so, and hides no
   // other. NotFound: no such job.
   absl::StatusOr<v1::Job> ReadJob(const std::string& id);

@@ -35,6 +35,11 @@ absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
 }
 
 absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
+  // Nobody here cancels a call whose end is explained: the daemon went away in the middle of it.
+  if (status.error_code() == grpc::StatusCode::CANCELLED)
+    return absl::UnavailableError(
+        absl::StrCat("the daemon at ", server_, " stopped before it answered (", status.error_message(),
+                     "); look whether the call took effect before it is made again"));
   const bool silent = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
                       status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
   if (!silent) return FromGrpcStatus(status);

@@ -28,6 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr char kImportedId[] = "import";  // of results that no job computed
 constexpr char kGarmentFile[] = "garment.ply";
+// mesh.ply holds numbers of 32 bits, which are 1/128 mm apart this far from the origin.
+constexpr double kFarthest_mm = 100'000;
 
 std::string AbsolutePath(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
@@ -53,6 +55,16 @@ absl::Status MayWrite(const std::string& out) {
       absl::StrCat(out, ": holds the result of a job; choose another folder with --out"));
 }
 
+absl::Status CheckReach(const std::string& path, const std::vector<Eigen::Vector3d>& vertices_mm) {
+  for (size_t v = 0; v < vertices_mm.size(); ++v)
+    if (!(vertices_mm[v].cwiseAbs().maxCoeff() <= kFarthest_mm))
+      return absl::InvalidArgumentError(
+          absl::StrFormat("%s: vertex %d is %.0f m from the origin, where results of 32 bits are coarse; "
+                          "move the mesh nearer than %.0f m, or give its unit with --unit",
+                          path, v, vertices_mm[v].cwiseAbs().maxCoeff() / 1000, kFarthest_mm / 1000));
+  return absl::OkStatus();
+}
+
 class MeshImporter {
  public:
   MeshImporter(std::string out, GarmentMesh garment)
@@ -73,6 +85,14 @@ class MeshImporter {
         kGarmentMesh, mesh.vertices_mm.size(), mesh.faces,
         [&](const std::string& path) { return WriteMesh(path, mesh, garment_.texture); }, report));
     return folder.Commit(std::move(report));
+  }
+
+  // Until it is whole, the folder is nobody's result.
+  absl::Status Begin() const {
+    std::error_code error;
+    const std::string job = (fs::path(out_) / kJobFile).string();
+    fs::remove(job, error);
+    return error ? WriteError(job, error.value()) : absl::OkStatus();
   }
 
   // Frames of an earlier import.
@@ -147,13 +167,25 @@ absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
   imported.vertices = garment.rest.vertices_mm.size(), imported.faces = garment.rest.faces.size();
   const MeshImporter importer(out, garment);
   imported.garment = importer.GarmentPath();
-  for (size_t i = 0; i < meshes.size(); ++i) {
+  const auto read = [&](size_t i) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
     if (stop.stop_requested()) return absl::CancelledError("stopped; the same command begins again");
     WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> vertices_mm,
                           ReadGarmentMoment(meshes[i], garment, request.unit_mm));
-    if (i == 0) WEFT_RETURN_IF_ERROR(CreateFolders(out));
+    WEFT_RETURN_IF_ERROR(CheckReach(meshes[i], vertices_mm));
+    return vertices_mm;
+  };
+  const size_t all = meshes.size();
+  // All are read before the first is written, so that a bad one leaves an earlier import as it was.
+  for (size_t i = 0; i < all; ++i) {
+    WEFT_RETURN_IF_ERROR(read(i).status());
+    if (progress) progress((i + 1) / 2, all);
+  }
+  WEFT_RETURN_IF_ERROR(CreateFolders(out));
+  WEFT_RETURN_IF_ERROR(importer.Begin());
+  for (size_t i = 0; i < all; ++i) {
+    WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> vertices_mm, read(i));
     WEFT_RETURN_IF_ERROR(importer.WriteFrame(imported.frames[i], std::move(vertices_mm)));
-    if (progress) progress(i + 1, meshes.size());
+    if (progress) progress((all + i + 1) / 2, all);
   }
   WEFT_RETURN_IF_ERROR(importer.RemoveOthers(imported.frames));
   WEFT_RETURN_IF_ERROR(importer.Finish(imported.frames, started_unix_ns));

@@ -149,9 +149,10 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
   if (table_.stopping()) return ShuttingDown();
   lock.unlock();
   const std::string trouble = store_->Trouble();
-  return absl::UnavailableError(absl::StrCat("job ", job_id,
-                                             " is being cancelled; its end is not written down yet",
-                                             trouble.empty() ? "" : ": ", trouble));
+  const std::string says =
+      absl::StrCat("job ", job_id, " is being cancelled; its end is not written down yet");
+  if (trouble.empty()) return absl::AbortedError(absl::StrCat(says, ", ask again"));
+  return absl::ResourceExhaustedError(absl::StrCat(says, ": ", trouble));
 }
 
 absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id, v1::Role role) {
@@ -189,7 +190,11 @@ absl::StatusOr<v1::Job> JobQueue::SetPriority(const std::string& job_id, int pri
     lock.unlock();
     return store_->disk().ReadJob(job_id);
   }
-  table_.SetPriority(job, priority);
+  lock.unlock();
+  // On the disk before it is answered, as a submission is.
+  WEFT_RETURN_IF_ERROR(store_->disk().KeepPriority(job_id, priority));
+  lock.lock();
+  if (!job->ended) table_.SetPriority(job, priority);
   v1::Job now = job->life.Describe();
   Settle(lock);
   return now;

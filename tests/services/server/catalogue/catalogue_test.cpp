@@ -114,6 +114,20 @@ TEST_F(CatalogueTest, RemovesEndedJobsWithTheirFrames) {
   EXPECT_EQ(catalogue->RemoveJob("c").code(), absl::StatusCode::kNotFound);
 }
 
+TEST_F(CatalogueTest, APriorityOutlivesTheDatabase) {
+  {
+    const auto catalogue = Open();
+    ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), MakeFrames(3)).ok());
+    ASSERT_TRUE(catalogue->KeepPriority("a", 7).ok());
+    EXPECT_TRUE(catalogue->KeepPriority("b", 7).ok()) << "one without a record has nothing to keep";
+  }
+  std::filesystem::remove(path_);
+  const auto again = Open();
+  EXPECT_EQ(again->ReadJob("a")->priority(), 7);
+  EXPECT_EQ(again->ReadFrames("a")->size(), 3u);
+  EXPECT_EQ(again->ReadJob("b").status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(CatalogueTest, NamesUnknownAndRepeatedJobs) {
   const auto catalogue = Open();
   ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), MakeFrames(1)).ok());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
@@ -81,6 +82,29 @@ TEST_F(MeshImportTest, AnotherImportTakesItsPlace) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/2/mesh.ply"));
 }
 
+TEST_F(MeshImportTest, ABadFrameLeavesAnEarlierImportAsItWas) {
+  ASSERT_TRUE(Import().ok());
+  const std::string mesh = *ReadWholeFile(folder_ / "out/2/mesh.ply"),
+                    job = *ReadWholeFile(folder_ / "out/job.json");
+  WriteBytes(folder_ / "shirt_2.obj", StripObj(0.7));
+  WriteBytes(folder_ / "shirt_10.obj", "v nan 0 0\n");
+  EXPECT_FALSE(Import().ok());
+  EXPECT_EQ(*ReadWholeFile(folder_ / "out/2/mesh.ply"), mesh);
+  EXPECT_EQ(*ReadWholeFile(folder_ / "out/job.json"), job);
+}
+
+TEST_F(MeshImportTest, RefusesWhatIsTooFarAwayFor32Bits) {
+  request_.meshes.resize(1);
+  WriteBytes(folder_ / "shirt_10.obj", StripObj(100));  // in m
+  EXPECT_TRUE(Import().ok());
+  WriteBytes(folder_ / "shirt_10.obj", StripObj(101));
+  const absl::Status status = Import().status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(
+      std::string(status.message()),
+      HasSubstr("shirt_10.obj: vertex 0 is 101 m from the origin, where results of 32 bits are coarse"));
+}
+
 TEST_F(MeshImportTest, LeavesTheResultOfAJobAlone) {
   WriteBytes(folder_ / "out/job.json", R"({"id": "20260131-104500-1a2b3c4d"})");
   EXPECT_THAT(std::string(Import().status().message()), HasSubstr("holds the result of a job"));
@@ -145,9 +169,14 @@ TEST_F(MeshImportTest, TheMeshAtRestMayBeAnother) {
 
 TEST_F(MeshImportTest, StopsBetweenFramesWithoutAJobFile) {
   std::stop_source stop;
-  const absl::Status status = ImportMeshes(
-                                  request_, [&](size_t, size_t) { stop.request_stop(); }, stop.get_token())
-                                  .status();
+  std::vector<size_t> told;
+  const auto stop_after_a_frame = [&](size_t done, size_t all) {
+    EXPECT_EQ(all, 2u);
+    told.push_back(done);
+    if (told.size() == 3) stop.request_stop();
+  };
+  const absl::Status status = ImportMeshes(request_, stop_after_a_frame, stop.get_token()).status();
+  EXPECT_THAT(told, ElementsAre(0, 1, 1)) << "all are read first, which is half of the work";
   EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/2/mesh.ply"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/10"));
