@@ -17,6 +17,7 @@
 #include "services/formats/files/frame_meshes.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
+#include "services/formats/files/listed_file.h"
 #include "services/results/evaluation/listed_frames.h"
 #include "services/results/export/result_mesh.h"
 #include "services/results/report/job_frames.h"
@@ -45,12 +46,6 @@ std::string Unfinished(const v1::Job& job) {
   }
 }
 
-std::string ChecksumOfMesh(const v1::FrameReport& report, const std::string& mesh) {
-  for (const v1::ResultFile& file : report.files())
-    if (file.name() == MeshFileName(mesh)) return file.checksum();
-  return "";
-}
-
 v1::ExportedFrame Describe(const v1::FrameReport& report, const std::string& mesh) {
   v1::ExportedFrame frame;
   frame.set_frame(report.frame());
@@ -58,7 +53,8 @@ v1::ExportedFrame Describe(const v1::FrameReport& report, const std::string& mes
   frame.set_bridged(report.temporal().bridged());
   if (IsRegistered(report.state())) frame.set_coverage(report.mesh().coverage());
   if (IsRegistered(report.state()) || report.temporal().bridged()) {
-    frame.set_mesh_checksum(ChecksumOfMesh(report, mesh));
+    if (const v1::ResultFile* listed = FindListed(report, MeshFileName(mesh)))
+      frame.set_mesh_checksum(listed->checksum());
     // Reports of earlier versions list no files.
     if (frame.mesh_checksum().empty() && report.files_size() > 0)
       frame.set_missing_because(absl::StrCat("it has no mesh ", mesh));

@@ -3,10 +3,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "base/status_macros.h"
-#include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/formats/files/listed_file.h"
 #include "services/formats/files/mesh_file.h"
 
 namespace weft {
@@ -14,7 +13,7 @@ namespace {
 
 absl::StatusOr<Ply> ReadCheckedPly(const std::string& path, const std::string& checksum) {
   WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
-  if (!checksum.empty() && absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size())) != checksum) {
+  if (!checksum.empty() && ListedChecksum(bytes) != checksum) {
     return absl::DataLossError(absl::StrCat(path,
                                             ": is not as report.json lists it; `weft register` with the same "
                                             "inputs computes the frame again"));

@@ -1,6 +1,7 @@
 #include "services/tools/client/fetch_results.h"
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -10,6 +11,7 @@
 #include "services/formats/files/frame_meshes.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/formats/files/json_file.h"
+#include "services/formats/files/listed_file.h"
 #include "services/server/rpc/result_names.h"
 
 namespace weft {
@@ -36,18 +38,33 @@ absl::Status FetchIfThere(RegistrationClient& client, const std::string& job_id,
   return absl::IsNotFound(status) ? absl::OkStatus() : folder.InWords(status);
 }
 
-// The meshes of a frame that its report names beside the garment. The report is a stranger's.
-absl::Status FetchOtherMeshes(RegistrationClient& client, const std::string& job_id, const std::string& frame,
-                              const ConfinedFolder& folder) {
+// The report that came, as far as this version reads it: later daemons may say more.
+std::optional<v1::FrameReport> FetchedReport(const ConfinedFolder& folder) {
   const std::string file = FileName(FrameFile::kReport);
   const absl::StatusOr<std::string> json = folder.Read(file);
   v1::FrameReport report;
-  // Later daemons may say more.
-  if (!json.ok() || !ParseJson(*json, folder.Named(file), report).ok()) return absl::OkStatus();
+  if (!json.ok() || !ParseJson(*json, folder.Named(file), report).ok()) return std::nullopt;
+  return report;
+}
+
+// The meshes of a frame that its report names beside the garment. The report is untrusted.
+absl::Status FetchOtherMeshes(RegistrationClient& client, const std::string& job_id, const std::string& frame,
+                              const v1::FrameReport& report, const ConfinedFolder& folder) {
   WEFT_ASSIGN_OR_RETURN(const std::vector<v1::FrameMesh> meshes, MeshesOf(report));
   for (const v1::FrameMesh& mesh : meshes)
     if (mesh.name() != kGarmentMesh)
       WEFT_RETURN_IF_ERROR(FetchIfThere(client, job_id, frame, v1::RESULT_KIND_MESH, folder, mesh.name()));
+  return absl::OkStatus();
+}
+
+// What was damaged on the daemon's disk, or written anew while it was fetched.
+absl::Status CheckFetched(const v1::FrameReport& report, const ConfinedFolder& folder) {
+  for (const v1::ResultFile& listed : report.files()) {
+    const absl::StatusOr<std::string> bytes = folder.Read(listed.name());
+    if (absl::IsNotFound(bytes.status())) continue;  // it was not asked for
+    WEFT_RETURN_IF_ERROR(bytes.status());
+    WEFT_RETURN_IF_ERROR(CheckListed(report, listed.name(), *bytes, folder.Named(listed.name())));
+  }
   return absl::OkStatus();
 }
 
@@ -81,7 +98,10 @@ absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const 
         const std::string mesh = kind == v1::RESULT_KIND_MESH ? kGarmentMesh : "";
         WEFT_RETURN_IF_ERROR(FetchIfThere(client, job.id(), frame.frame(), kind, folder, mesh));
       }
-      WEFT_RETURN_IF_ERROR(FetchOtherMeshes(client, job.id(), frame.frame(), folder));
+      if (const std::optional<v1::FrameReport> report = FetchedReport(folder)) {
+        WEFT_RETURN_IF_ERROR(FetchOtherMeshes(client, job.id(), frame.frame(), *report, folder));
+        WEFT_RETURN_IF_ERROR(CheckFetched(*report, folder));
+      }
     }
     if (progress) progress(++done, frames.size());
   }

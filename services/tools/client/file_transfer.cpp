@@ -54,6 +54,9 @@ absl::Status ReceiveFile(const RegistrationClient& connection, const OpenTransfe
     if (transfer.bytes.size() > before) pauses = {};
     if (!pauses.Next()) break;
   }
+  if (transfer.bytes.size() > kMaxFileBytes)
+    return absl::OutOfRangeError(
+        absl::StrCat(path, ": the daemon sends more than ", kMaxFileBytes, " bytes"));
   if (!status.ok()) return connection.Explain(status);
   if (static_cast<int64_t>(transfer.bytes.size()) != transfer.expected) {
     return absl::DataLossError(absl::StrCat(path, ": ", transfer.bytes.size(), " of ", transfer.expected,

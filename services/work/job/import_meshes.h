@@ -30,9 +30,9 @@ struct ImportedGarment {
 
 // Writes <out>/<frame>/{mesh.ply,report.json}, <out>/garment.ply and, last, <out>/job.json. Frames are named
 // by the numbers in the names of the files, else by position. Nothing was measured, so meshes have neither
-// states nor sigmas. `progress` (may be empty): frames done and all. Errors of ReadGarmentMesh and
-// ReadGarmentMoment before anything is written over. FailedPrecondition: `out` holds the result of a job.
-// Cancelled: a stop was requested.
+// states nor sigmas. `progress` (may be empty): frames done and all; each is read twice, which is half of its
+// work. Errors of ReadGarmentMesh and ReadGarmentMoment before anything is written over. FailedPrecondition:
+// `out` holds the result of a job. Cancelled: a stop was requested.
 absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
                                              const std::function<void(size_t, size_t)>& progress,
                                              const std::stop_token& stop);

@@ -3,24 +3,13 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "base/status_macros.h"
-#include "capture/file/checksum.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
+#include "services/formats/files/listed_file.h"
 
 namespace weft {
 namespace {
-
-std::string ChecksumOf(const std::string& bytes) {
-  return absl::StrFormat("%016x", Checksum(bytes.data(), bytes.size()));
-}
-
-const v1::ResultFile* FindListed(const v1::FrameReport& report, std::string_view name) {
-  const auto found =
-      std::ranges::find_if(report.files(), [name](const v1::ResultFile& f) { return f.name() == name; });
-  return found == report.files().end() ? nullptr : &*found;
-}
 
 void Unlist(const std::string& name, v1::FrameReport& report) {
   auto& files = *report.mutable_files();
@@ -69,7 +58,7 @@ std::string FrameFolder::CheckNamed(const std::string& name, const v1::FrameRepo
   if (!bytes.ok()) return std::string(bytes.status().message());
   if (!listed) return absl::StrCat(name, " is not of this run");
   const bool same =
-      static_cast<int64_t>(bytes->size()) == listed->bytes() && ChecksumOf(*bytes) == listed->checksum();
+      static_cast<int64_t>(bytes->size()) == listed->bytes() && ListedChecksum(*bytes) == listed->checksum();
   return same ? "" : absl::StrCat(name, " is not as it was written");
 }
 
@@ -135,7 +124,7 @@ absl::Status FrameFolder::List(const std::string& name, v1::FrameReport& report)
   v1::ResultFile& entry = *report.add_files();
   entry.set_name(name);
   entry.set_bytes(static_cast<int64_t>(bytes.size()));
-  entry.set_checksum(ChecksumOf(bytes));
+  entry.set_checksum(ListedChecksum(bytes));
   return absl::OkStatus();
 }
 

@@ -35,7 +35,8 @@ class FetchResultsTest : public ::testing::Test {
       asked_.push_back(text);
       if (request.kind() == v1::RESULT_KIND_CLOUD)
         return grpc::Status(grpc::StatusCode::NOT_FOUND, "no cloud");
-      out->Write(Chunk(text, 0, static_cast<int64_t>(text.size()), "v1"));
+      const std::string bytes = content_.contains(text) ? content_.at(text) : text;
+      out->Write(Chunk(bytes, 0, static_cast<int64_t>(bytes.size()), "v1"));
       return grpc::Status::OK;
     };
   }
@@ -54,6 +55,7 @@ class FetchResultsTest : public ::testing::Test {
   const TempFolder folder_;
   v1::Job job_;
   std::map<std::string, v1::FrameState> frames_;
+  std::map<std::string, std::string> content_;  // other than what was asked for
   std::vector<std::string> asked_;
   std::vector<std::pair<size_t, size_t>> progress_;
 };
@@ -147,6 +149,28 @@ TEST_F(FetchResultsTest, OtherMeshesAreThoseOfTheReport) {
   report = R"({"frame": "0001", "meshes": [{"name": "../body", "file": "../body.ply"}]})";
   EXPECT_TRUE(absl::IsInvalidArgument(Fetch()));
   EXPECT_FALSE(fs::exists(folder_ / "out/body.ply"));
+}
+
+// XXH3-64 of no bytes is 2d06800538d394c2, as the reference implementation's `xxhsum -H3` prints it.
+TEST_F(FetchResultsTest, RefusesAFileThatIsNotAsItsReportListsIt) {
+  frames_ = {{"0001", v1::FRAME_STATE_DONE}};
+  std::string& report = content_["0001 RESULT_KIND_FRAME_REPORT"];
+  std::string& mesh = content_["0001 RESULT_KIND_MESH"];
+  report = R"({"files": [{"name": "mesh.ply", "bytes": "0", "checksum": "2d06800538d394c2"}]})";
+  EXPECT_TRUE(Fetch().ok());
+  mesh = "x";
+  const absl::Status damaged = Fetch();
+  EXPECT_EQ(damaged.code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(damaged.message(), folder_ / "out/0001/mesh.ply" +
+                                   ": is not as report.json lists it; `weft register` with the same inputs "
+                                   "computes the frame again");
+  mesh.clear();
+  report = R"({"files": [{"name": "mesh.ply", "bytes": "0", "checksum": "2d06800538d394c3"}]})";
+  EXPECT_EQ(Fetch().code(), absl::StatusCode::kDataLoss);
+  report = R"({"files": [{"name": "cloud.ply", "bytes": "1", "checksum": "0"}]})";
+  EXPECT_TRUE(Fetch().ok()) << "it was not there to fetch";
+  report = R"({"files": [{"name": "../../j1", "bytes": "1", "checksum": "0"}]})";
+  EXPECT_FALSE(Fetch().ok()) << "names are no paths";
 }
 
 }  // namespace
