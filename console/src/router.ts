@@ -3,8 +3,17 @@ import { signal } from "@preact/signals";
 /** The steps of the address behind "#/": ["takes", "ID"]. */
 export const route = signal<string[]>([]);
 
+/** A step as it was written, where it is no encoding of anything: such an address names nothing that exists. */
+function decoded(step: string): string {
+  try {
+    return decodeURIComponent(step);
+  } catch {
+    return step;
+  }
+}
+
 function read(): void {
-  route.value = location.hash.replace(/^#\/?/, "").split("/").filter(Boolean).map(decodeURIComponent);
+  route.value = location.hash.replace(/^#\/?/, "").split("/").filter(Boolean).map(decoded);
 }
 
 export function startRouter(): void {

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/natural_order.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
 #include "capture/take/frame_range.h"
@@ -64,6 +65,13 @@ v1::ExportedFrame Describe(const v1::FrameReport& report, const std::string& mes
   return frame;
 }
 
+v1::ExportedFrame WithoutReport(const std::string& name) {
+  v1::ExportedFrame frame;
+  frame.set_frame(name);
+  frame.set_missing_because("its report.json is missing, damaged, or of other inputs than the job's");
+  return frame;
+}
+
 // The names as numbers of frame sets, where these are all in a recorded take.
 std::optional<std::vector<int64_t>> NumbersOfSets(const std::vector<v1::ExportedFrame>& frames,
                                                   const std::vector<int64_t>& sets) {
@@ -105,9 +113,10 @@ absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
   WEFT_RETURN_IF_ERROR(source.ListFrames(request));
   source.FindRate(request);
   if (source.fps_ == 0 && traits.needs_rate) {
+    const std::string& dump = source.job_.spec().dump();
     return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
-                                                   source.job_.spec().dump(), ", and ", traits.name,
-                                                   " has times; give the frames per second"));
+                                                   dump.empty() ? source.result_ : dump, ", and ",
+                                                   traits.name, " has times; give the frames per second"));
   }
   return source;
 }
@@ -150,17 +159,36 @@ std::string ExportSource::PathOf(const v1::ExportedFrame& frame) const {
 
 absl::Status ExportSource::ListRange(const ExportRequest& request,
                                      const std::vector<v1::FrameReport>& reports) {
+  std::map<std::string, const v1::FrameReport*, NaturalOrder> by_name;
+  for (const v1::FrameReport& report : reports) by_name[report.frame()] = &report;
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> without, FramesWithoutReport(result_, job_, reports));
+  for (const std::string& frame : without) by_name[frame] = nullptr;
+  NoteLostFrames(by_name.size());
   std::vector<std::string> names;
-  for (const v1::FrameReport& report : reports) names.push_back(report.frame());
+  for (const auto& [name, report] : by_name) names.push_back(name);
   WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(request.frames, names, result_));
-  WEFT_ASSIGN_OR_RETURN(
-      mesh_, ChooseMesh(std::span(reports).subspan(range.first, range.end - range.first), request.mesh));
+  std::vector<v1::FrameReport> in_range;
+  for (size_t i = range.first; i < range.end; ++i)
+    if (const v1::FrameReport* report = by_name.at(names[i])) in_range.push_back(*report);
+  WEFT_ASSIGN_OR_RETURN(mesh_, ChooseMesh(in_range, request.mesh));
   for (size_t i = range.first; i < range.end; ++i) {
-    frames_.push_back(Describe(reports[i], mesh_));
-    if (const v1::ExportedFrame& frame = frames_.back(); !frame.missing_because().empty())
+    const v1::FrameReport* report = by_name.at(names[i]);
+    v1::ExportedFrame& frame =
+        frames_.emplace_back(report ? Describe(*report, mesh_) : WithoutReport(names[i]));
+    if (!frame.missing_because().empty())
       notes_.push_back(absl::StrCat("Frame ", frame.frame(), " has no mesh: ", frame.missing_because(), "."));
   }
   return absl::OkStatus();
+}
+
+// Of a job that is done each frame has left a report.
+void ExportSource::NoteLostFrames(size_t frames) {
+  const auto total = static_cast<size_t>(std::max(0, job_.frames().total()));
+  if (job_.state() != v1::JOB_STATE_DONE || frames >= total) return;
+  notes_.push_back(
+      absl::StrCat("The job had ", total, " frames, and ", result_, " holds ", frames,
+                   ": the others were lost, and nothing but the take tells where. `weft register` "
+                   "with the same inputs computes them again."));
 }
 
 void ExportSource::FindRate(const ExportRequest& request) {

@@ -83,6 +83,7 @@ class ExportSource {
  private:
   absl::Status ListFrames(const ExportRequest& request);
   absl::Status ListRange(const ExportRequest& request, const std::vector<v1::FrameReport>& reports);
+  void NoteLostFrames(size_t frames);
   void FindRate(const ExportRequest& request);
   absl::StatusOr<std::shared_ptr<const RegisteredMesh>> Load(size_t mesh);
   absl::Status Reduce();

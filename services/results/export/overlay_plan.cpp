@@ -61,6 +61,10 @@ ExportRequest InTheWorld(const std::string& result, const std::string& out, cons
 absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, ExportSource& source) {
   const v1::Job& job = source.job();
   const std::string rig_file = recording.rig.empty() ? job.spec().rig() : recording.rig;
+  const std::string dump = recording.dump.empty() ? job.spec().dump() : recording.dump;
+  if (rig_file.empty() || dump.empty())
+    return absl::InvalidArgumentError(
+        "the result names no take and rig whose pictures could be drawn on; give --take and --rig");
   OverlayPlan plan;
   const std::string of_job[] = {recording.rig.empty() ? job.spec().rig() : "",
                                 recording.dump.empty() ? job.spec().dump() : ""};
@@ -77,7 +81,6 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
                                                       ", the result was computed with ", job.inputs().rig(),
                                                       "; give the rig of the job with --rig"));
   }
-  const std::string dump = recording.dump.empty() ? job.spec().dump() : recording.dump;
   const bool is_of_job = dump == job.spec().dump();
   WEFT_ASSIGN_OR_RETURN(plan.dump, OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : ""));
   for (size_t i = 0; i < plan.dump->frame_names().size(); ++i)

@@ -1,5 +1,7 @@
 #include "services/results/report/job_frames.h"
 
+#include <algorithm>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -62,6 +64,21 @@ absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& ou
     notes.push_back(absl::StrCat("The folder holds results of ", Counted(not_asked, "frame", "frames"),
                                  " that this job was not asked for; they are not part of this report."));
   }
+  return frames;
+}
+
+absl::StatusOr<std::vector<std::string>> FramesWithoutReport(const std::string& out_folder,
+                                                             const v1::Job& job,
+                                                             const std::vector<v1::FrameReport>& reports) {
+  std::set<std::string> known, without;
+  for (const v1::FrameReport& report : reports) known.insert(report.frame());
+  for (const FrameFile file : {FrameFile::kReport, FrameFile::kMesh}) {
+    WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListFrameFolders(out_folder, file));
+    for (const std::string& name : names)
+      if (IsAsked(job, name) && !known.contains(name)) without.insert(name);
+  }
+  std::vector<std::string> frames(without.begin(), without.end());
+  std::ranges::sort(frames, NaturalLess);
   return frames;
 }
 

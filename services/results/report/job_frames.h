@@ -16,4 +16,10 @@ namespace weft {
 absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& out_folder, const v1::Job& job,
                                                            std::vector<std::string>& notes);
 
+// Frames that the job was asked for and whose folder has a report or a mesh, but which are not among
+// `reports` as ReadJobFrames reads them: lost, damaged, or of other inputs.
+absl::StatusOr<std::vector<std::string>> FramesWithoutReport(const std::string& out_folder,
+                                                             const v1::Job& job,
+                                                             const std::vector<v1::FrameReport>& reports);
+
 }  // namespace weft
