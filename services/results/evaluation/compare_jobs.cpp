@@ -127,8 +127,9 @@ class VertexMatch {
   std::optional<TruthByNode> by_node_;
 };
 
-absl::StatusOr<std::optional<ResultMesh>> MeshOf(const std::string& result, const std::string& frame) {
-  absl::StatusOr<ResultMesh> mesh = ReadResultMesh(FramePaths(result, frame).Of(FrameFile::kMesh));
+absl::StatusOr<std::optional<ResultMesh>> MeshOf(const EvaluationInputs& inputs, const std::string& frame) {
+  if (!inputs.Uses(frame)) return std::nullopt;
+  absl::StatusOr<ResultMesh> mesh = ReadResultMesh(FramePaths(inputs.result, frame).Of(FrameFile::kMesh));
   if (absl::IsNotFound(mesh.status())) return std::nullopt;
   if (!mesh.ok()) return mesh.status();
   return *std::move(mesh);
@@ -139,8 +140,8 @@ struct ComparedFrame {
   absl::StatusOr<MeshDifference> difference;
 };
 
-absl::StatusOr<MeshDifference> DifferenceInFrame(const VertexMatch& match, const std::string& a,
-                                                 const std::string& b, const std::string& frame) {
+absl::StatusOr<MeshDifference> DifferenceInFrame(const VertexMatch& match, const EvaluationInputs& a,
+                                                 const EvaluationInputs& b, const std::string& frame) {
   WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> of_a, MeshOf(a, frame));
   WEFT_ASSIGN_OR_RETURN(const std::optional<ResultMesh> of_b, MeshOf(b, frame));
   if (!of_a || !of_b) return MeshDifference();
@@ -227,7 +228,7 @@ absl::Status MeasureFrames(const VertexMatch& match, ComparedSide& a, ComparedSi
       const std::string& name = a.inputs.frames[begin + i].name;
       frames[i] = {EvaluateFrame(a.request, a.inputs, a.tools, begin + i),
                    EvaluateFrame(b.request, b.inputs, b.tools, begin + i),
-                   DifferenceInFrame(match, a.inputs.result, b.inputs.result, name)};
+                   DifferenceInFrame(match, a.inputs, b.inputs, name)};
       const MutexLock lock(progress.mutex);
       ++progress.done;
       if (on_frame) on_frame(progress.done, all);

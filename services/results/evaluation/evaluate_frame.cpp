@@ -57,8 +57,13 @@ class FrameEvaluator {
 
   absl::StatusOr<FrameOutcome> Run() {
     out_.frame.frame = name_;
-    WEFT_ASSIGN_OR_RETURN(FramePieces pieces, ReadFramePieces((fs::path(inputs_.result) / name_).string()));
-    pieces_ = std::move(pieces);
+    pieces_ = NoFramePieces();
+    const auto report = inputs_.reports.find(name_);
+    if (inputs_.Uses(name_)) {
+      WEFT_ASSIGN_OR_RETURN(
+          pieces_, ReadFramePieces((fs::path(inputs_.result) / name_).string(),
+                                   report != inputs_.reports.end() ? report->second : v1::FrameReport()));
+    }
     if (pieces_.mesh) measured_ = pieces_.mesh->Measured();
     out_.frame.missing = pieces_.missing;
     absl::Status status = ScoreAgainstTruth();
@@ -77,7 +82,7 @@ class FrameEvaluator {
     const ListedFrame& other = inputs_.frames[at];
     if (other.position != inputs_.frames[index_].position + step) return std::nullopt;
     const std::string path = FramePaths(inputs_.result, other.name).Of(FrameFile::kMesh);
-    if (!PathExists(path)) return std::nullopt;
+    if (!inputs_.Uses(other.name) || !PathExists(path)) return std::nullopt;
     WEFT_ASSIGN_OR_RETURN(ResultMesh mesh, ReadResultMesh(path));
     WEFT_RETURN_IF_ERROR(CheckSize(path, mesh.mesh.vertices_mm.size()));
     return mesh;

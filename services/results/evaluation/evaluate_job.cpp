@@ -128,9 +128,9 @@ absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& req
   out_.maps = {visibility_.Mean(), error_.Mean(), distortion_.Mean(), texture_drift_.Mean(per_frame),
                true_drift_.Mean(per_frame)};
   ExplainGaps(request, inputs, out_);
-  std::vector<std::string> unread;
-  if (const auto reports = ReadJobFrames(inputs.result, inputs.job, unread); reports.ok())
-    out_.facts = FactsOf(*reports);
+  std::vector<v1::FrameReport> reports;
+  for (const auto& [frame, report] : inputs.reports) reports.push_back(report);
+  out_.facts = FactsOf(reports);
   out_.verdict = VerdictOf(out_);
   return std::move(out_);
 }

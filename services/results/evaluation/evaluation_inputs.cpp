@@ -13,6 +13,7 @@
 #include "services/formats/files/rig_file.h"
 #include "services/formats/files/template_file.h"
 #include "services/formats/synthetic/truth_file.h"
+#include "services/results/report/job_frames.h"
 
 namespace weft {
 namespace {
@@ -143,6 +144,25 @@ void FindFrameRate(const EvaluationRequest& request, const TakeTimes& times, Eva
                               "gives it per second"});
 }
 
+// What is not of this job is no part of its evaluation, and said.
+absl::Status LoadReports(EvaluationInputs& inputs) {
+  if (!IsFolder(inputs.result)) return absl::OkStatus();
+  std::vector<std::string> notes;
+  WEFT_ASSIGN_OR_RETURN(std::vector<v1::FrameReport> reports,
+                        ReadJobFrames(inputs.result, inputs.job, notes));
+  WEFT_ASSIGN_OR_RETURN(const std::vector<std::string> without,
+                        FramesWithoutReport(inputs.result, inputs.job, reports));
+  for (v1::FrameReport& report : reports) inputs.reports[report.frame()] = std::move(report);
+  if (!inputs.job.has_spec()) return absl::OkStatus();
+  for (std::string& note : notes) inputs.remarks.push_back({"frames", std::move(note)});
+  for (const std::string& frame : without)
+    inputs.remarks.push_back(
+        {"frames",
+         absl::StrCat("frame ", frame, ": its report.json is missing, damaged, or of other inputs, so ",
+                      "its files are not used; `weft register` with the same inputs computes it again")});
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status EvaluationRequest::Validate() const {
@@ -177,6 +197,7 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   WEFT_ASSIGN_OR_RETURN(inputs.frames,
                         ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times));
   inputs.job = std::move(job);
+  WEFT_RETURN_IF_ERROR(LoadReports(inputs));
   return inputs;
 }
 

@@ -1,6 +1,7 @@
 // What `weft evaluate` is asked, and the files that it works on.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "alignment/garment_mesh.h"
 #include "alignment/joint_template.h"
 #include "alignment/template.h"
+#include "base/natural_order.h"
 #include "capture/rig/rig.h"
 #include "capture/take/frame_source.h"
 #include "evaluation/camera_errors.h"
@@ -19,6 +21,7 @@
 #include "evaluation/truth_score.h"
 #include "services/results/evaluation/listed_frames.h"
 #include "weft/v1/job.pb.h"
+#include "weft/v1/report.pb.h"
 
 namespace weft {
 
@@ -60,10 +63,15 @@ struct EvaluationInputs {
   std::unique_ptr<FrameSource> dump;
   // Where the result's template is not the truth's own.
   std::optional<TruthByNode> truth_by_node;
-  // Those that the job was asked for, and those that the result holds. Without job.json all of the truth.
+  // Those that the job was asked for. Without job.json all of the truth, or of the result.
   std::vector<ListedFrame> frames;
+  // By frame, of those that are the job's by their inputs. Files of others are not used.
+  std::map<std::string, v1::FrameReport, NaturalOrder> reports;
   std::vector<EvaluationRemark> remarks;
   v1::Job job;  // empty where the result has no job.json
+
+  // Without a job nothing tells whose the files are, and all are used.
+  bool Uses(const std::string& frame) const { return !job.has_spec() || reports.contains(frame); }
 };
 
 // Files that the request names must be readable; those that job.json names may be missing. A truth that

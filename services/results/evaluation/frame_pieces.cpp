@@ -1,17 +1,25 @@
 #include "services/results/evaluation/frame_pieces.h"
 
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"
+#include "services/formats/files/atomic_file.h"
 #include "services/formats/files/cloud_file.h"
 #include "services/formats/files/frame_paths.h"
+#include "services/formats/files/listed_file.h"
 #include "services/formats/files/mesh_file.h"
 #include "services/formats/files/observations_file.h"
 #include "services/formats/files/ply.h"
 
 namespace weft {
+namespace {
+
+constexpr FrameFile kPieces[] = {FrameFile::kObservations, FrameFile::kCloud, FrameFile::kMesh};
+
+}  // namespace
 
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   WEFT_ASSIGN_OR_RETURN(const Ply ply, ReadPly(path));
@@ -47,23 +55,34 @@ absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObserva
   return views;
 }
 
-absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
+absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder, const v1::FrameReport& report) {
   FramePieces out;
-  const auto path_of = [&](FrameFile file) -> std::string {
-    std::string path = FramePaths(frame_folder).Of(file);
-    if (PathExists(path)) return path;
-    out.missing.emplace_back(FileName(file));
-    return "";
-  };
-  WEFT_ASSIGN_OR_RETURN(out.pieces.observations, ReadCameraObservations(frame_folder));
-  if (!out.pieces.observations) out.missing.emplace_back(FileName(FrameFile::kObservations));
-  if (const std::string path = path_of(FrameFile::kCloud); !path.empty()) {
-    WEFT_ASSIGN_OR_RETURN(out.pieces.cloud, ReadCloud(path));
+  std::map<FrameFile, std::string> paths;  // of files that are there
+  for (const FrameFile file : kPieces) {
+    const std::string path = FramePaths(frame_folder).Of(file);
+    if (!PathExists(path)) {
+      out.missing.emplace_back(FileName(file));
+      continue;
+    }
+    paths[file] = path;
+    if (FindListed(report, FileName(file)) == nullptr) continue;
+    WEFT_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
+    WEFT_RETURN_IF_ERROR(CheckListed(report, FileName(file), bytes, path));
   }
-  if (const std::string path = path_of(FrameFile::kMesh); !path.empty()) {
-    WEFT_ASSIGN_OR_RETURN(out.mesh, ReadResultMesh(path));
+  WEFT_ASSIGN_OR_RETURN(out.pieces.observations, ReadCameraObservations(frame_folder));
+  if (const auto cloud = paths.find(FrameFile::kCloud); cloud != paths.end()) {
+    WEFT_ASSIGN_OR_RETURN(out.pieces.cloud, ReadCloud(cloud->second));
+  }
+  if (const auto mesh = paths.find(FrameFile::kMesh); mesh != paths.end()) {
+    WEFT_ASSIGN_OR_RETURN(out.mesh, ReadResultMesh(mesh->second));
   }
   return out;
+}
+
+FramePieces NoFramePieces() {
+  FramePieces none;
+  for (const FrameFile file : kPieces) none.missing.emplace_back(FileName(file));
+  return none;
 }
 
 }  // namespace weft

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
 #include "evaluation/truth_score.h"
+#include "weft/v1/report.pb.h"
 
 namespace weft {
 
@@ -29,8 +30,12 @@ struct FramePieces {
 // Empty: there is no observations.csv in the folder. Errors name the file.
 absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
     const std::string& frame_folder);
-// Reads <result>/<frame>/{observations.csv,cloud.ply,mesh.ply}. Errors name the file.
-absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder);
+// Reads <result>/<frame>/{observations.csv,cloud.ply,mesh.ply}. Errors name the file. DataLoss: one is not as
+// the report of its frame lists it.
+absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder,
+                                            const v1::FrameReport& report = {});
+// Of a frame whose files are not used.
+FramePieces NoFramePieces();
 // NotFound: no such file.
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path);
 

@@ -81,7 +81,7 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
     const int dump_index = at != in_dump.end() ? at->second : -1;
     const int64_t place = dump_index >= 0 ? dump_index : static_cast<int64_t>(i);
     const bool is_registered = HoldsAnyFile(fs::path(result) / name);
-    if (knows_job && !WasAskedFor(job, name, place) && !is_registered) continue;
+    if (knows_job && !WasAskedFor(job, name, place)) continue;
     any_registered |= is_registered;
     const bool has_time = by_dump && static_cast<size_t>(dump_index) < times.positions.size();
     const int64_t position = has_time ? times.positions[dump_index]

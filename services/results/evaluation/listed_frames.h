@@ -18,8 +18,8 @@ struct ListedFrame {
   int dump_index = -1;   // in the dump; -1 when it is not there
 };
 
-// The frames that `job` was asked for and those that `result` holds, in the order of the take: those of
-// `truth`, or of `dump` without one. `truth` and `dump` may be empty; without either, what `result` holds.
+// The frames that `job` was asked for, in the order of the take: those of `truth`, or of `dump` without one.
+// `truth` and `dump` may be empty; without either, what `result` holds of them.
 // `job` without a specification was asked for every frame of the truth. NotFound: there is no frame.
 absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, const std::string& truth,
                                                     const v1::Job& job, const FrameSource* dump,
