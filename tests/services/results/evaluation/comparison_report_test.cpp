@@ -29,14 +29,17 @@ TEST(ComparisonReport, ThePageHoldsPlotsCamerasAndNotes) {
   EXPECT_NE(page.find("<title>Weft comparison</title>"), std::string::npos);
   EXPECT_NE(page.find("\n\"meshes\":null"), std::string::npos);
   EXPECT_EQ(MemberOf<v1::PageMaps>(page, "maps").problems_size(), 7) << "a shape without faces";
-  EXPECT_EQ(MemberOf<v1::ComparisonPage>(page, "page").DebugString(), TextOf<v1::ComparisonPage>(R"pb(                                                                                                                                                                                                                                                                                                                  headline: "2 frames: A is better in 1 measure, B in none; no measure shows no significant difference"
+  EXPECT_EQ(
+      MemberOf<v1::ComparisonPage>(page, "page").DebugString(),
+      TextOf<v1::ComparisonPage>(
+          R"( headline: "2 frames: A is better in 1 measure, B in none; no measure shows no significant difference"
 decimals: 1 decimals: 3 plots { title: "Coverage, 3 cameras or more, %" unit: "%" decimals: 1 from_zero:
 true series { name: "A" values: 0.8125 values: nan } series { name: "B" values: 0.25 values: nan } }
 plots { title: "Jitter, observed, mm" unit: "mm" decimals: 3 series { name: "A" values: 7.001 values:
 nan } series { name: "B" values: 7.001 values: nan } } plots { title: "Distance of the meshes\'
 vertices, mm" unit: "mm" decimals: 3 from_zero: true whole_percent: true first_style: 2 series { name:
 "mean" values: 0.501 values: nan } series { name: "95 %" values: 0.503 values: nan } }
-                                                                                                                                                                                                                                                                                                                                                                                                                        without_mesh:
+ without_mesh:
 false without_mesh: true a_cameras { camera: "c01" observations: 40 outliers: 3 reprojection_px { count:
 2 mean: 0.375 median: 0.375 p95: 0.4875 max: 0.5 p99: 0.4975 } left_out_px { count: 2 mean: 1 median: 1
 p95: 1.225 max: 1.25 p99: 1.245 } shift_x_px: 0.125 shift_y_px: -0.125 } b_cameras { camera: "c01"
@@ -44,7 +47,7 @@ observations: 40 outliers: 3 reprojection_px { count: 2 mean: 0.75 median: 0.75 
 0.995 } left_out_px { count: 2 mean: 2 median: 2 p95: 2.45 max: 2.5 p99: 2.49 } shift_x_px: 0.25
 shift_y_px: -0.25 } b_cameras { camera: "c02" observations: 40 outliers: 3 reprojection_px { count: 2
 mean: 1.5 median: 1.5 p95: 1.95 max: 2 p99: 1.99 } left_out_px { count: 2 mean: 4 median: 4 p95: 4.9
-max: 5 p99: 4.98 } shift_x_px: 0.5 shift_y_px: -0.5 } notes: "a note")pb"));
+max: 5 p99: 4.98 } shift_x_px: 0.5 shift_y_px: -0.5 } notes: "a note")"));
 }
 
 // Names below `folder`.

@@ -20,10 +20,8 @@ TEST(EvaluationJson, EveryFieldIsThatOfTheEvaluation) {
   v1::Evaluation message = EvaluationMessage(evaluation);
   EXPECT_EQ(message.paper_size(), 4);
   message.clear_paper();
-  EXPECT_EQ(
-      message.total().DebugString(),
-      TextOf<v1::FrameScore>(
-          R"pb(frame: "total"
+  EXPECT_EQ(message.total().DebugString(), TextOf<v1::FrameScore>(
+                                               R"(frame: "total"
                centers {
                  observations: 1000
                  right: 990
@@ -132,48 +130,47 @@ TEST(EvaluationJson, EveryFieldIsThatOfTheEvaluation) {
                    max: 13.004
                    p99: 13.005
                  }
-               })pb"));
+               })"));
   EXPECT_EQ(message.frames_size(), 2);
   v1::FrameScore first = message.frames(0);
   EXPECT_EQ(first.frame(), "0001");
   first.set_frame("total");
   EXPECT_EQ(first.DebugString(), message.total().DebugString());
-  EXPECT_EQ(message.frames(1).DebugString(), TextOf<v1::FrameScore>(R"pb(frame: "0002"
-                                                                         missing: "observations.csv"
-                                                                         missing: "cloud.ply"
-                                                                         missing: "mesh.ply"
-                                                                         measures {})pb"));
+  EXPECT_EQ(message.frames(1).DebugString(), TextOf<v1::FrameScore>(R"(frame: "0002"
+ missing: "observations.csv"
+ missing: "cloud.ply"
+ missing: "mesh.ply"
+ measures {})"));
   message.clear_total(), message.clear_frames();
-  EXPECT_EQ(message.DebugString(),
-            TextOf<v1::Evaluation>(
-                R"pb(cameras {
-                       camera: "c01"
-                       observations: 40
-                       outliers: 3
-                       reprojection_px { count: 2 mean: 0.375 median: 0.375 p95: 0.4875 max: 0.5 p99: 0.4975 }
-                       left_out_px { count: 2 mean: 1 median: 1 p95: 1.225 max: 1.25 p99: 1.245 }
-                       shift_x_px: 0.125
-                       shift_y_px: -0.125
-                     }
-                     cameras { camera: "c02" observations: 2 }
-                     remarks { measure: "texture drift" reason: "there are no pictures" }
-                     visibility_histogram: 2
-                     visibility_histogram: 1
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 0
-                     visibility_histogram: 2
-                     result: "/result"
-                     truth: "/take/truth"
-                     dump: "/take"
-                     frames_per_s: 25
-                     verdict { reason: "as it should be" }
-                     frames_per_s_source: "--fps"
-                     job_id: "j-7")pb"));
+  EXPECT_EQ(message.DebugString(), TextOf<v1::Evaluation>(
+                                       R"(cameras {
+ camera: "c01"
+ observations: 40
+ outliers: 3
+ reprojection_px { count: 2 mean: 0.375 median: 0.375 p95: 0.4875 max: 0.5 p99: 0.4975 }
+ left_out_px { count: 2 mean: 1 median: 1 p95: 1.225 max: 1.25 p99: 1.245 }
+ shift_x_px: 0.125
+ shift_y_px: -0.125
+ }
+ cameras { camera: "c02" observations: 2 }
+ remarks { measure: "texture drift" reason: "there are no pictures" }
+ visibility_histogram: 2
+ visibility_histogram: 1
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 0
+ visibility_histogram: 2
+ result: "/result"
+ truth: "/take/truth"
+ dump: "/take"
+ frames_per_s: 25
+ verdict { reason: "as it should be" }
+ frames_per_s_source: "--fps"
+ job_id: "j-7")"));
   v1::Evaluation read;
   ASSERT_TRUE(ParseJson(*EvaluationJson(evaluation), "json", read).ok());
   EXPECT_EQ(read.DebugString(), EvaluationMessage(evaluation).DebugString());

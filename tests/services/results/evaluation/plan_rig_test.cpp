@@ -167,11 +167,14 @@ TEST(RigPlan, TheMessageHoldsEveryStep) {
   EXPECT_EQ(message.candidates_hash(), plan.candidates.ContentHash());
   EXPECT_EQ(message.rig_hash(), plan.rig.ContentHash());
   message.clear_template_hash(), message.clear_candidates_hash(), message.clear_rig_hash();
-  EXPECT_EQ(message.DebugString(), TextOf<v1::RigPlan>(R"pb(                                                                                                                                                                                    candidates: 3 moments: "7" moments: "9" max_facing_deg: 65 min_pitch_px: 4.5 views_needed: 4 noise_px:
+  EXPECT_EQ(
+      message.DebugString(),
+      TextOf<v1::RigPlan>(
+          R"( candidates: 3 moments: "7" moments: "9" max_facing_deg: 65 min_pitch_px: 4.5 views_needed: 4 noise_px:
 0.25 steps { camera: "b" coverage: 0.25 mean_views: 1 } steps { camera: "a" coverage: 0.8125 mean_views:
 2.5 median_sigma_mm: 0.125 } chosen: 2 verdict { grade: GRADE_GOOD reason: "2 of 3 cameras cover 81.2 %
 of the cells" checks { id: "plan.coverage" name: "cells covered by the selected cameras" grade:
-GRADE_GOOD value: "81.2 %" limits: "good from 75 %, usable from 50 %" } })pb"));
+GRADE_GOOD value: "81.2 %" limits: "good from 75 %, usable from 50 %" } })"));
   v1::RigPlan read;
   ASSERT_TRUE(ParseJson(*RigPlanJson(plan), "json", read).ok());
   EXPECT_EQ(read.rig_hash(), plan.rig.ContentHash());

@@ -36,51 +36,50 @@ TEST(ExportManifestTest, HoldsEverythingOfTheExport) {
   EXPECT_THAT(steps, ElementsAre("check 1/2", "check 2/2", "write 1/2", "write 2/2"));
   EXPECT_NE(manifest.weft_version(), "");
   manifest.clear_weft_version();
-  EXPECT_EQ(manifest.DebugString(),
-            TextOf<v1::Export>(
-                R"pb(format: "ply"
-                     transform {
-                       export_from_world: 0.1
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: -0.1
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0.1
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 0
-                       export_from_world: 1
-                       up: "z"
-                       unit: "cm"
-                     }
-                     fps: 10
-                     fps_source: "--fps"
-                     vertices: 4
-                     faces: 2
-                     attributes: "uv"
-                     attributes: "velocity"
-                     attributes: "state"
-                     attributes: "sigma"
-                     attributes: "views"
-                     attributes: "coverage"
-                     frames { frame: "0000" time_s: 0 state: FRAME_STATE_DONE file: "0000.ply" }
-                     frames {
-                       frame: "0001"
-                       index: 1
-                       time_s: 0.1
-                       state: FRAME_STATE_FAILED
-                       missing_because: "too dark"
-                     }
-                     frames { frame: "0002" index: 2 time_s: 0.2 state: FRAME_STATE_DONE file: "0002.ply" }
-                     job_id: "job"
-                     inputs {}
-                     notes: "Frame 0001 has no mesh: too dark.")pb"));
+  EXPECT_EQ(manifest.DebugString(), TextOf<v1::Export>(
+                                        R"(format: "ply"
+ transform {
+ export_from_world: 0.1
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: -0.1
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0.1
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 0
+ export_from_world: 1
+ up: "z"
+ unit: "cm"
+ }
+ fps: 10
+ fps_source: "--fps"
+ vertices: 4
+ faces: 2
+ attributes: "uv"
+ attributes: "velocity"
+ attributes: "state"
+ attributes: "sigma"
+ attributes: "views"
+ attributes: "coverage"
+ frames { frame: "0000" time_s: 0 state: FRAME_STATE_DONE file: "0000.ply" }
+ frames {
+ frame: "0001"
+ index: 1
+ time_s: 0.1
+ state: FRAME_STATE_FAILED
+ missing_because: "too dark"
+ }
+ frames { frame: "0002" index: 2 time_s: 0.2 state: FRAME_STATE_DONE file: "0002.ply" }
+ job_id: "job"
+ inputs {}
+ notes: "Frame 0001 has no mesh: too dark.")"));
 }
 
 TEST(ExportManifestTest, FilesAndAttributesAreThoseOfTheFormat) {
