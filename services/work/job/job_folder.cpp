@@ -1,5 +1,6 @@
 #include "services/work/job/job_folder.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -69,6 +70,9 @@ absl::StatusOr<std::vector<IncompleteFrame>> JobFolder::Check(const v1::Job& job
                                                               const FindIncomplete& find) {
   WEFT_RETURN_IF_ERROR(Take(kLockTimeout));
   Clean(frames);
+  // Nothing can be missing of a job that begins; finding that out costs a daemon a process.
+  if (std::ranges::none_of(frames, [](const v1::FrameInfo& frame) { return HasResult(frame.state()); }))
+    return std::vector<IncompleteFrame>();
   v1::Job here = job;
   here.mutable_spec()->set_out(out_);
   return find(here, frames);

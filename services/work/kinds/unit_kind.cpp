@@ -10,6 +10,7 @@
 #include "base/status_macros.h"
 #include "base/stopwatch.h"
 #include "services/work/pipeline/register_frame.h"
+#include "services/work/pipeline/results_check.h"
 #include "services/work/pipeline/stage_keys.h"
 
 namespace weft {
@@ -34,11 +35,6 @@ StageKeys KeysOfUnits(const std::vector<WorkStage>& stages, const v1::InputHashe
     key.set_options(HashOf(arguments.OptionsText()));
   }
   return keys;
-}
-
-bool IsDealtWith(v1::FrameState state) {
-  return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
-         state == v1::FRAME_STATE_FAILED;
 }
 
 class UnitWork : public Work {
@@ -84,7 +80,7 @@ class UnitWork : public Work {
     std::optional<std::string> state = "";  // none: unknown
     for (size_t i = 0; i < frames.size(); ++i) {
       const auto found = place_of.find(frames[i].frame());
-      if (!IsDealtWith(frames[i].state()) || found == place_of.end()) {
+      if (!HasResult(frames[i].state()) || found == place_of.end()) {
         state.reset();
         continue;
       }

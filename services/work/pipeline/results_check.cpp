@@ -22,11 +22,6 @@ struct Found {
   bool inputs_changed = false;
 };
 
-bool IsResult(v1::FrameState state) {
-  return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
-         state == v1::FRAME_STATE_FAILED;
-}
-
 // An error only where the folder cannot be flushed.
 absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& like,
                              const FingerprintsNow& inputs, const std::string& frame) {
@@ -85,7 +80,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
   std::vector<Found> found(frames.size());
   std::vector<IncompleteFrame> incomplete;
   for (size_t i = 0; i < frames.size(); ++i) {
-    if (!IsResult(frames[i].state())) continue;
+    if (!HasResult(frames[i].state())) continue;
     if (base.ok()) {
       WEFT_ASSIGN_OR_RETURN(found[i], LookAt(*base, like, inputs, frames[i].frame()));
     } else {

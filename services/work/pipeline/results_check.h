@@ -20,7 +20,13 @@ struct IncompleteFrame {
   bool inputs_changed = false;  // its images, scan or start are others than those that were read
 };
 
-// Checks the files of all frames whose state is done, degraded or failed. They must be as listed in their
+// Done, degraded or failed: something stands in the frame's folder.
+inline bool HasResult(v1::FrameState state) {
+  return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
+         state == v1::FRAME_STATE_FAILED;
+}
+
+// Checks the files of all frames that HasResult. They must be as listed in their
 // report, computed from the job's inputs and options, from images as they are now, and refined by their
 // neighbours. Other frames are to be registered again. Where only the bridge of a failed frame is missing,
 // the frame named is a neighbour that produces it. `frames`: all frames of the job, in order. Folders of

@@ -62,6 +62,21 @@ TEST_F(JobFolderTest, ChecksItsOwnPathWithoutLeftovers) {
   EXPECT_EQ(incomplete->front().position, 1u);
 }
 
+TEST_F(JobFolderTest, LooksForNothingOfAJobThatBegins) {
+  ASSERT_TRUE(folder_.Take(std::chrono::milliseconds(0)).ok());
+  int looks = 0;
+  const auto find = [&](const v1::Job&, const auto&) { return std::vector<IncompleteFrame>(++looks); };
+  infos_[0].set_state(v1::FRAME_STATE_WAITING), infos_[1].set_state(v1::FRAME_STATE_RUNNING);
+  EXPECT_THAT(folder_.Check(job_, infos_, find).value(), ::testing::IsEmpty());
+  EXPECT_EQ(looks, 0);
+  for (const v1::FrameState state :
+       {v1::FRAME_STATE_DONE, v1::FRAME_STATE_DEGRADED, v1::FRAME_STATE_FAILED}) {
+    infos_[1].set_state(state);
+    EXPECT_EQ(folder_.Check(job_, infos_, find).value().size(), static_cast<size_t>(looks));
+  }
+  EXPECT_EQ(looks, 3);
+}
+
 TEST_F(JobFolderTest, FindsBridgedFrames) {
   ASSERT_TRUE(folder_.Take(std::chrono::milliseconds(0)).ok());
   v1::FrameReport report;
