@@ -7,6 +7,7 @@
 #include <map>
 
 #include "services/formats/files/json_file.h"
+#include "services/results/evaluation/evaluate_job.h"
 #include "tests/services/results/evaluation/sheet_on_disk.h"
 
 namespace weft {
@@ -77,6 +78,10 @@ class EvaluationInputsTest : public testing::Test {
     job.mutable_spec()->set_garment(sheet_.folder / "take/template");
     change(job);
     ASSERT_TRUE(WriteJsonFile(sheet_.folder / "result/job.json", job).ok());
+    for (const char* frame : {"0000", "0001"}) WriteReport(frame, {});
+  }
+  void WriteReport(const std::string& frame, const v1::FrameReport& report) {
+    ASSERT_TRUE(WriteJsonFile(sheet_.folder / ("result/" + frame + "/report.json"), report).ok());
   }
 
   EvaluationRequest OfResult() {
@@ -117,6 +122,40 @@ TEST_F(EvaluationInputsTest, AllOfItIsTakenFromTheJob) {
   EXPECT_EQ(inputs.job.id(), "j-1");
   EXPECT_EQ(RemarksOf(inputs).size(), 1u) << "the frame rate";
   EXPECT_FALSE(inputs.truth_by_node || inputs.rows_of_garment);
+}
+
+TEST_F(EvaluationInputsTest, FilesThatAreNotOfTheJobAreNotUsed) {
+  for (const char* frame : {"0002", "0003"}) {
+    sheet_.WriteTruth(frame, sheet_.rest());
+    sheet_.WriteResultMesh(frame, sheet_.rest(), {});
+  }
+  WriteJob([](v1::Job& job) {
+    job.mutable_inputs()->set_board("ab");
+    job.set_first_frame("0000"), job.set_last_frame("0002");
+  });
+  v1::FrameReport of_others;
+  of_others.mutable_inputs()->set_board("cd");
+  WriteReport("0001", of_others);
+  WriteReport("0003", {});  // of a job before it
+  const EvaluationInputs inputs = Loaded(OfResult());
+  EXPECT_EQ(inputs.frames.size(), 3u) << "0001 and 0002 are frames without a mesh";
+  EXPECT_TRUE(inputs.Uses("0000"));
+  EXPECT_FALSE(inputs.Uses("0001")) << "of another board";
+  EXPECT_FALSE(inputs.Uses("0002")) << "without a report";
+  EXPECT_FALSE(inputs.Uses("0003")) << "not asked for";
+  const std::string why =
+      ": its report.json is missing, damaged, or of other inputs, so its files are not used; `weft register` "
+      "with the same inputs computes it again";
+  EXPECT_THAT(RemarksOf(inputs),
+              testing::IsSupersetOf({"frames: frame 0001" + why, "frames: frame 0002" + why}));
+  EXPECT_THAT(RemarksOf(inputs), testing::Contains(HasSubstr("1 frame that this job was not asked for")));
+
+  const auto evaluated = EvaluateJob(OfResult());
+  ASSERT_TRUE(evaluated.ok()) << evaluated.status();
+  EXPECT_EQ(evaluated->verdict.grade(), v1::GRADE_BAD) << evaluated->verdict.DebugString();
+  EXPECT_THAT(evaluated->frames[1].missing, ElementsAre("observations.csv", "cloud.ply", "mesh.ply"));
+  std::filesystem::remove(sheet_.folder / "result/job.json");
+  EXPECT_TRUE(Loaded(sheet_.Request()).Uses("0002")) << "nothing tells whose it is";
 }
 
 TEST_F(EvaluationInputsTest, WhatTheJobNamesMayBeGone) {

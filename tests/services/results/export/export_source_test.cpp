@@ -71,6 +71,38 @@ TEST(ExportSourceTest, FramesHaveTheirPlaceInTimeAlsoBehindAGap) {
   EXPECT_THAT(source->notes(), Contains("Frame 0001 has no mesh: too dark."));
 }
 
+TEST(ExportSourceTest, FramesThatLostTheirReportAreGapsToo) {
+  SmallResult result;
+  std::filesystem::remove(result.FolderOf(1) + "/report.json");
+  for (const bool is_damaged : {false, true}) {
+    if (is_damaged) WriteBytes(result.FolderOf(1) + "/report.json", "{\"frame\":");
+    const auto source = ExportSource::Open(result.request);
+    ASSERT_TRUE(source.ok()) << source.status();
+    EXPECT_THAT(source->meshes(), ElementsAre(0, 2));
+    EXPECT_EQ(source->frames()[2].index(), 2);
+    EXPECT_THAT(source->notes(),
+                Contains("Frame 0001 has no mesh: its report.json is missing, damaged, or of "
+                         "other inputs than the job's."));
+  }
+  // Of a folder that is gone nothing tells where it was.
+  std::filesystem::remove_all(result.FolderOf(1));
+  v1::Job job;
+  job.set_id("job");
+  job.set_state(v1::JOB_STATE_DONE);
+  for (const int total : {2, 3}) {
+    job.mutable_frames()->set_total(total);
+    result.WriteJob(job);
+    const auto source = ExportSource::Open(result.request);
+    ASSERT_TRUE(source.ok()) << source.status();
+    EXPECT_THAT(source->notes(), testing::SizeIs(total - 2));
+  }
+  EXPECT_EQ(
+      ExportSource::Open(result.request)->notes().front(),
+      "The job had 3 frames, and " + result.request.result +
+          " holds 2: the others were lost, and nothing but the take tells where. `weft register` with the "
+          "same inputs computes them again.");
+}
+
 // Samples of a point cache are equidistant.
 TEST(ExportSourceTest, PointCachesRepeatTheMeshBeforeAGap) {
   SmallResult result;
