@@ -56,7 +56,7 @@ class Importer {
       : options_(options), out_(std::move(out)), folder_(out_ + kUnfinished), progress_(progress) {}
 
   absl::StatusOr<VideoImportResult> Run() {
-    for (const auto step : {&Importer::Check, &Importer::Begin, &Importer::Look, &Importer::CompareWithRig,
+    for (const auto step : {&Importer::Check, &Importer::Begin, &Importer::Inspect, &Importer::CompareWithRig,
                             &Importer::FindOffsets, &Importer::Plan, &Importer::Write, &Importer::Publish})
       WEFT_RETURN_IF_ERROR((this->*step)());
     return VideoImportResult{std::move(take_), std::move(warnings_)};
