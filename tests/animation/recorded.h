@@ -49,7 +49,7 @@ inline bool IsAsRecorded(const std::string& is, const std::string& was, double s
 // `name` tells several texts of a test apart.
 inline void ExpectRecorded(const std::string& text, const std::string& name = "",
                            double share = kLastDigits) {
-  const testing::TestInfo& test = *testing::UnitTest::GetInstance()->current_test_info();
+  const ::testing::TestInfo& test = *::testing::UnitTest::GetInstance()->current_test_info();
   const std::string path = std::string(WEFT_TEST_DATA "/../recorded/") + test.test_suite_name() + "." +
                            test.name() + name + ".txt";
   if (std::getenv("WEFT_RECORD") != nullptr) {

@@ -238,9 +238,9 @@ TEST(StageReports, PlacesAndScansAreToldAsTheyAre) {
 // Columns of the cloud go on beyond the board, or beyond the template: 40 distances of the template are known
 // along the rows, too few.
 TEST(StageReports, CellsOfNoVertexMeasureNothing) {
-  constexpr int kRows = 40;
+  constexpr int kLong = 40;
   Cloud cloud;
-  for (int row = 0; row < kRows; ++row)
+  for (int row = 0; row < kLong; ++row)
     for (int col = 0; col < 6; ++col) {
       CloudPoint point;
       point.node = {row, col}, point.views = 4, point.sigma_mm = 1e-3;
@@ -254,9 +254,9 @@ TEST(StageReports, CellsOfNoVertexMeasureNothing) {
   for (const Case& of :
        {Case{3, 1, 2, false}, Case{6, 1, 2, false}, Case{6, 1, 4, true}, Case{4, 1, 4, true}}) {
     Board board;
-    board.rows = kRows, board.cols = of.board_cols, board.cell_mm = 4;
+    board.rows = kLong, board.cols = of.board_cols, board.cell_mm = 4;
     Template garment;
-    for (int row = 0; row < kRows; ++row)
+    for (int row = 0; row < kLong; ++row)
       for (int col = of.first_col; col <= of.last_col; ++col) {
         garment.node_of_vertex.push_back({row, col});
         garment.rest.vertices_mm.emplace_back(4.0 * Eigen::Vector3d(col, row, 7));
