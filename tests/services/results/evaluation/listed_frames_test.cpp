@@ -71,7 +71,7 @@ TEST_F(ListedFramesTest, PositionsCountWhatIsMissing) {
 
 TEST_F(ListedFramesTest, OfAJobThoseItWasAskedFor) {
   WriteFrames("truth", {"0", "1", "2", "3", "4"}, "mesh.ply");
-  WriteFrames("result", {"4"}, "mesh.ply");
+  WriteFrames("result", {"2", "4"}, "mesh.ply");
   EXPECT_THAT(List("truth", Asked("1", "2")), ElementsAre("1@1/-1", "2@2/-1")) << "4 is of another job";
   EXPECT_EQ(List("truth", {}).size(), 5u) << "nothing tells what was asked";
   // Jobs of earlier versions.

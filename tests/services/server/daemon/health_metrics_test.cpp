@@ -73,6 +73,12 @@ TEST_F(HealthTest, SaysNotServingWhileNothingCanBeWrittenDown) {
   EXPECT_EQ(WaitForEnd(id).state(), v1::JOB_STATE_CANCELLED);
 }
 
+// More often than the calls that one caller may have open at once.
+TEST_F(HealthTest, MayBeAskedAgainAndAgain) {
+  StartDaemon();
+  for (int i = 0; i < 60; ++i) ASSERT_TRUE(IsServing()) << i;
+}
+
 class MetricsTest : public DaemonTest {
  protected:
   MetricsTest() {

@@ -72,7 +72,8 @@ TEST_F(JobFolderTest, LooksForNothingOfAJobThatBegins) {
   for (const v1::FrameState state :
        {v1::FRAME_STATE_DONE, v1::FRAME_STATE_DEGRADED, v1::FRAME_STATE_FAILED}) {
     infos_[1].set_state(state);
-    EXPECT_EQ(folder_.Check(job_, infos_, find).value().size(), static_cast<size_t>(looks));
+    const auto found = folder_.Check(job_, infos_, find).value();
+    EXPECT_EQ(found.size(), static_cast<size_t>(looks));
   }
   EXPECT_EQ(looks, 3);
 }
