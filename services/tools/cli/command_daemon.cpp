@@ -111,7 +111,7 @@ void AddRetention(CLI::App& group, CommandLine& line) {
                        const std::function<void(double)>& set) {
     retention->add_option_function<double>(name, set, what)
         ->type_name(absl::AsciiStrToUpper(name.substr(name.rfind('-') + 1)))
-        ->check(CLI::Range(0.0, 36500.0))
+        ->check(CLI::Range(0.0, name.ends_with("-gib") ? 1e9 : 36500.0))
         ->needs(dry_run);
   };
   add("--ahead-days", "Also what will go within so many days",
