@@ -185,7 +185,7 @@ void AddGarmentImportCommand(CLI::App& garment, CommandLine& line) {
       "mm.",
       "  weft garment import shirt.obj --unit m --out shirt\n"
       "  weft garment import sim/shirt_*.obj --unit m --out simulated\n"
-      "  weft export simulated --format glb --out web\n"
+      "  weft export simulated --format glb --fps 25 --out web\n"
       "  weft evaluate result --against simulated --out comparison");
   AddRequired(*command, "meshes FILE", options->request.meshes, "OBJ or PLY");
   AddUnitOption(*command, options->unit);

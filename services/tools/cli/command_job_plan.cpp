@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
@@ -15,6 +16,7 @@
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/pipeline_flags.h"
 #include "services/tools/cli/progress.h"
+#include "services/tools/cli/upload_inputs.h"
 #include "services/work/plan/job_plan.h"
 
 namespace weft {
@@ -37,7 +39,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecToPlan(const JobPlanOptions& options) {
   v1::RegistrationSpec spec = options.spec;
   *spec.mutable_options()->mutable_pipeline() = OfStages(changes, RegistrationStages());
   WEFT_ASSIGN_OR_RETURN(*spec.mutable_options(), EffectiveOptions(spec.options()));
-  return spec;
+  return WithAbsolutePaths(std::move(spec));
 }
 
 // A new folder for the results of the pilot.

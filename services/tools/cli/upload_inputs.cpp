@@ -32,7 +32,7 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
   for (const JobInput& input : InputsOf(spec)) {
     if (!input.path.empty()) SetInput(input, NameAtDaemon(input.path), &spec);
   }
-  spec.set_out(AbsolutePath(spec.out()));
+  if (!spec.out().empty()) spec.set_out(AbsolutePath(spec.out()));
   return spec;
 }
 

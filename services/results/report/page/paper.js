@@ -25,8 +25,7 @@ export function paperSection(ours, published) {
   const columns = ["Correspondence drift rate, mm/s", "Geodesic distortion, mm", "Coverage per frame, mean (lowest to highest)"];
   return section("paper", "Beside the paper",
     table(["Method", ...columns.map(title => ({ title, number: true }))], [row(el("b", "This result"), ours), ...rows]),
-    !isComplete && paragraph(el("code", "weft evaluate RESULT --out RESULT"),
-      " measures drift and distortion, and writes this page anew with them."),
+    !isComplete && paragraph(el("code", "weft evaluate RESULT --out RESULT/evaluation"), " measures drift and distortion."),
     paragraph("The other lines are Table 1 and Figure 7 of Halimi et al. 2022, measured on that paper's own recordings of worn shirts, which ",
       "are not public: another garment, other motion, another frame rate. Drift: optical flow between consecutive unwrapped textures. ",
       "Distortion: mean change of exact geodesic distances from seeded sources, here against the template, there against a T-pose. Coverage: ",

@@ -68,7 +68,8 @@ TEST_F(DrainTest, WaitsForTheFramesThatRunAndTakesNothingNew) {
                 .StartOperation(&of_operation, operation, &started)
                 .error_message(),
             refused.message());
-  ASSERT_TRUE(WaitUntil([this] { return log_.Count("error does not serve: daemon: takes no new work") == 1; }));
+  ASSERT_TRUE(
+      WaitUntil([this] { return log_.Count("error does not serve: daemon: takes no new work") == 1; }));
   EXPECT_EQ(AskHealth(daemon_->address(), ""), "NOT_SERVING");
   EXPECT_EQ(drained_, 0);
   EXPECT_FALSE(Drain(false).drained());
