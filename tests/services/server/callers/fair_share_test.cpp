@@ -77,8 +77,11 @@ TEST(FairShareTest, CountsAmounts) {
   share.Take("a", 200);
   EXPECT_TRUE(share.Check(Client("a"), 133).ok());  // 333 of 667 free
   EXPECT_FALSE(share.Check(Client("a"), 134).ok());
+  share.Give("a", 199);
+  EXPECT_EQ(share.TakenBy("a"), 1);
   share.Give("a", 500);  // no more than it has
   EXPECT_EQ(share.taken(), 0);
+  EXPECT_EQ(share.TakenBy("a"), 0);
 }
 
 TEST(FairShareTest, RefusalsSayWhoHasWhat) {

@@ -60,6 +60,34 @@ TEST(ProxyVideo, ShowsAllCamerasSideBySide) {
   EXPECT_FALSE(ffmpeg->Read(picture.data(), 1).ok());
 }
 
+TEST(ProxyVideo, CamerasStandInRowsOfASquare) {
+  const TempFolder temp;
+  const std::vector<std::string> ids = {"a", "b", "c"};
+  const uint8_t values[] = {255, 128, 60};
+  RawFrameSet set;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    RawFrame raw = *ToRawFrame({ids[i], 64, 48, PixelFormat::kGrey8,
+                                std::make_shared<const std::vector<uint8_t>>(64 * 48, values[i]), 0, ""});
+    raw.camera_id = ids[i];
+    set.frames.push_back(raw);
+  }
+  RecordSets(temp / "take", ids, {set});
+  ProxyOptions options;
+  options.camera_width_px = 128;
+  ASSERT_TRUE(ExportProxy(temp / "take", temp / "proxy.mp4", options).ok());
+  auto ffmpeg =
+      FfmpegProcess::Start({"-i", temp / "proxy.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"});
+  ASSERT_TRUE(ffmpeg.ok()) << ffmpeg.status();
+  std::vector<uint8_t> picture(size_t{256} * 192);
+  ASSERT_TRUE(ffmpeg->Read(picture.data(), picture.size()).ok());
+  EXPECT_FALSE(ffmpeg->Read(picture.data(), 1).ok());
+  const auto at = [&](size_t x, size_t y) { return static_cast<int>(picture[256 * y + x]); };
+  EXPECT_NEAR(at(64, 80), 255, 10);
+  EXPECT_NEAR(at(192, 80), 128, 10);
+  EXPECT_NEAR(at(64, 176), 60, 10);
+  EXPECT_NEAR(at(192, 176), 0, 10);
+}
+
 TEST(ProxyVideo, TakesAnyNameForAFile) {
   const TempFolder temp;
   RecordPlain(temp / "take");
