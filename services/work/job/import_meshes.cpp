@@ -163,6 +163,8 @@ absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
       const GarmentMesh garment,
       ReadGarmentMesh(request.rest.empty() ? meshes.front() : request.rest, request.unit_mm));
   ImportedGarment imported;
+  WEFT_RETURN_IF_ERROR(
+      CheckReach(request.rest.empty() ? meshes.front() : request.rest, garment.rest.vertices_mm));
   imported.frames = FrameNamesOf(meshes);
   imported.vertices = garment.rest.vertices_mm.size(), imported.faces = garment.rest.faces.size();
   const MeshImporter importer(out, garment);

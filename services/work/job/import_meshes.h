@@ -32,7 +32,8 @@ struct ImportedGarment {
 // by the numbers in the names of the files, else by position. Nothing was measured, so meshes have neither
 // states nor sigmas. `progress` (may be empty): frames done and all; each is read twice, which is half of its
 // work. Errors of ReadGarmentMesh and ReadGarmentMoment before anything is written over. FailedPrecondition:
-// `out` holds the result of a job. Cancelled: a stop was requested.
+// `out` holds the result of a job. InvalidArgument: cloth more than 100 m from the origin. Cancelled: a stop
+// was requested.
 absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
                                              const std::function<void(size_t, size_t)>& progress,
                                              const std::stop_token& stop);
