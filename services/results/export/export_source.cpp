@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -167,10 +168,12 @@ absl::Status ExportSource::ListRange(const ExportRequest& request,
   std::vector<std::string> names;
   for (const auto& [name, report] : by_name) names.push_back(name);
   WEFT_ASSIGN_OR_RETURN(const FrameRange range, FindFrameRange(request.frames, names, result_));
-  std::vector<v1::FrameReport> in_range;
-  for (size_t i = range.first; i < range.end; ++i)
-    if (const v1::FrameReport* report = by_name.at(names[i])) in_range.push_back(*report);
-  WEFT_ASSIGN_OR_RETURN(mesh_, ChooseMesh(in_range, request.mesh));
+  const auto has_report = [&](const std::string& name) { return by_name.at(name) != nullptr; };
+  const auto first = names.begin() + static_cast<int64_t>(range.first);
+  const auto end = names.begin() + static_cast<int64_t>(range.end);
+  const auto before = static_cast<size_t>(std::count_if(names.begin(), first, has_report));
+  const auto in_range = static_cast<size_t>(std::count_if(first, end, has_report));
+  WEFT_ASSIGN_OR_RETURN(mesh_, ChooseMesh(std::span(reports).subspan(before, in_range), request.mesh));
   for (size_t i = range.first; i < range.end; ++i) {
     const v1::FrameReport* report = by_name.at(names[i]);
     v1::ExportedFrame& frame =
