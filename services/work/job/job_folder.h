@@ -36,7 +36,8 @@ class JobFolder {
   absl::Status Take(std::chrono::milliseconds patience);
   void LetGo() { lock_.reset(); }
 
-  // Takes the folder, removes what killed writers left, and looks for results that are not there.
+  // Takes the folder, removes what killed writers left, and looks for results that are not there. `find` is
+  // not called for a job none of whose frames HasResult.
   absl::StatusOr<std::vector<IncompleteFrame>> Check(const v1::Job& job,
                                                      const std::vector<v1::FrameInfo>& frames,
                                                      const FindIncomplete& find);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "tests/animation/atlas/recorded_atlas.h"
 #include "tests/animation/recorded.h"
 #include "tests/animation/waving_tube.h"
 
@@ -174,15 +175,8 @@ TEST(Atlas, ImagesStayAsTheyAre) {
     for (const int level : {0, 1, 2}) {
       const auto atlas = BoardAtlas(garment, {.level = level, .gutter = 3, .multiple = 4});
       ASSERT_TRUE(atlas.ok()) << atlas.status();
-      const std::string name = garment.id + " " + std::to_string(level);
-      std::vector<int> kinds;
-      for (const TexelKind kind : atlas->kinds()) kinds.push_back(static_cast<int>(kind));
-      AtlasImage image = atlas->Gather(SmoothField(garment), 2);
-      recorded.Add(name + " width", atlas->width());
-      recorded.Add(name + " height", atlas->height());
-      recorded.Add(name + " kinds", kinds);
-      recorded.Add(name + " image", image.values);
-      recorded.Add(name + " back", atlas->Scatter(std::move(image)));
+      AddAtlas(garment.id + " " + std::to_string(level), *atlas, atlas->Gather(SmoothField(garment), 2),
+               recorded);
     }
   recorded.Expect();
 }

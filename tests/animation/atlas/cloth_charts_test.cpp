@@ -7,6 +7,7 @@
 #include <set>
 
 #include "animation/atlas/atlas.h"
+#include "tests/animation/atlas/recorded_atlas.h"
 #include "tests/animation/recorded.h"
 
 namespace weft {
@@ -205,15 +206,8 @@ TEST(AtlasOfTexture, ImagesStayAsTheyAre) {
       for (Eigen::Vector2d& vertex : charts->vertex_cells) vertex *= cells;
       const auto atlas = Atlas::Build(garment, *charts, {.level = 0, .gutter = 2, .multiple = 4});
       ASSERT_TRUE(atlas.ok()) << atlas.status();
-      std::vector<int> kinds;
-      for (const TexelKind kind : atlas->kinds()) kinds.push_back(static_cast<int>(kind));
-      AtlasImage image = atlas->Gather(FieldAlong(garment), 1);
-      const std::string of = name + " x " + std::to_string(cells).substr(0, 3);
-      recorded.Add(of + " width", atlas->width());
-      recorded.Add(of + " height", atlas->height());
-      recorded.Add(of + " kinds", kinds);
-      recorded.Add(of + " image", image.values);
-      recorded.Add(of + " back", atlas->Scatter(std::move(image)));
+      AddAtlas(name + " x " + std::to_string(cells).substr(0, 3), *atlas,
+               atlas->Gather(FieldAlong(garment), 1), recorded);
     }
   }
   recorded.Expect();

@@ -126,7 +126,7 @@ TEST_F(FetchResultsTest, EndsWhereItIsStoppedOrTheDaemonRefuses) {
   EXPECT_FALSE(Fetch().ok());
 }
 
-// The report is a stranger's: what it names beside the garment is fetched, what is no name is refused.
+// The report is untrusted: what it names beside the garment is fetched, what is no name is refused.
 TEST_F(FetchResultsTest, OtherMeshesAreThoseOfTheReport) {
   frames_ = {{"0001", v1::FRAME_STATE_DONE}};
   std::string report = R"({"frame": "0001", "meshes": [{"name": "garment", "file": "mesh.ply"},
