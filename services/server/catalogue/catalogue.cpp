@@ -75,12 +75,15 @@ absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameIn
   return UpdateAll(job, frames);
 }
 
-// Record first: what has one is never lost, and one that says more than its row is no damage.
+// Record first: what has one is never lost, and one that says more than its row is no damage. The flush of
+// the row is enough, but where a job runs again: after a power cut its old record would tell of a later
+// state.
 absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
   const MutexLock lock(mutex_);
   const v1::JobUpdate whole = RecordOf(job, frames);
   const absl::StatusOr<v1::JobUpdate> before = records_.Read(job.id());
-  WEFT_RETURN_IF_ERROR(records_.Write(whole));
+  const bool runs_again = before.ok() && EndOf(job) == 0;
+  WEFT_RETURN_IF_ERROR(records_.Write(whole, runs_again ? Flush::kToDisk : Flush::kLater));
   const absl::Status written = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) -> absl::Status {
     Transaction transaction(*database_);
     WEFT_RETURN_IF_ERROR(transaction.Begin());

@@ -1,5 +1,6 @@
 #include "services/server/catalogue/job_records.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <string_view>
 
@@ -16,13 +17,16 @@ namespace weft {
 
 namespace fs = std::filesystem;
 
-absl::Status JobRecords::Write(v1::JobUpdate record) const {
+absl::Status JobRecords::Write(v1::JobUpdate record, Flush flush) const {
   EscapeTexts(record);
   const std::string message = record.SerializeAsString();
   std::string bytes;
   PutLittleEndian(Checksum(message.data(), message.size()), bytes);
   if (!IsFolder(folder_)) WEFT_RETURN_IF_ERROR(CreateFolders(folder_));
-  return WriteFileAtomically(PathOf(record.job().id()), bytes + message);
+  const std::string path = PathOf(record.job().id());
+  if (flush == Flush::kToDisk) return WriteFileAtomically(path, bytes + message);
+  const int error = ReplaceWholeFile(path, bytes + message, 0666, flush);
+  return error == 0 ? absl::OkStatus() : WriteError(path, error);
 }
 
 absl::Status JobRecords::Remove(const std::string& job_id) const {
@@ -50,6 +54,11 @@ std::vector<std::string> JobRecords::JobIds() const {
     if (!IsTemporaryName(name)) ids.push_back(name);
   }
   return ids;
+}
+
+int64_t EndOf(const v1::Job& job) {
+  if (job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING) return 0;
+  return std::max<int64_t>(1, job.finished_unix_ns());
 }
 
 v1::JobUpdate RecordOf(const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/whole_file.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
@@ -18,8 +19,9 @@ class JobRecords {
   // <catalogue>.jobs/<job id>
   explicit JobRecords(const std::string& catalogue) : folder_(catalogue + ".jobs") {}
 
-  // On the disk when it returns. Errors of CreateFolders and WriteFileAtomically.
-  absl::Status Write(v1::JobUpdate record) const;
+  // On the disk when it returns, or whenever the system writes it there: a row that is on the disk makes good
+  // for a record that a power cut took. Errors of CreateFolders and WriteFileAtomically.
+  absl::Status Write(v1::JobUpdate record, Flush flush = Flush::kToDisk) const;
   absl::Status Remove(const std::string& job_id) const;
   // NotFound. DataLoss: damaged.
   absl::StatusOr<v1::JobUpdate> Read(const std::string& job_id) const;
@@ -31,6 +33,9 @@ class JobRecords {
  private:
   std::string folder_;
 };
+
+// 0: it has not ended. A later end is further.
+int64_t EndOf(const v1::Job& job);
 
 v1::JobUpdate RecordOf(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 

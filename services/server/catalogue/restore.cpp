@@ -29,12 +29,6 @@ struct Finding {
   absl::Status unkept;                 // records that could not be written
 };
 
-// 0: it has not ended. A later end is further.
-int64_t EndOf(const v1::Job& job) {
-  if (job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING) return 0;
-  return std::max<int64_t>(1, job.finished_unix_ns());
-}
-
 bool SaysMore(const v1::JobUpdate& row, const v1::JobUpdate& record) {
   if (EndOf(row.job()) != EndOf(record.job())) return EndOf(row.job()) > EndOf(record.job());
   // Only rows have the progress of a job that runs.
