@@ -19,6 +19,7 @@ find_package(PNG 1.6 REQUIRED)
 find_package(TIFF 4.5 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(aravis REQUIRED IMPORTED_TARGET aravis-0.8>=0.8.26)
+pkg_check_modules(glib REQUIRED IMPORTED_TARGET glib-2.0>=2.74) # Unicode's forms of names
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo>=1.16 cairo-pdf cairo-svg)
 pkg_check_modules(apriltag REQUIRED IMPORTED_TARGET apriltag>=3.3)
 pkg_check_modules(seccomp REQUIRED IMPORTED_TARGET libseccomp>=2.5)
