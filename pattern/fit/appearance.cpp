@@ -30,12 +30,17 @@ struct ColorSums {
 
 // A cell with its samples of the image.
 struct SampledCell {
-  int labels[5][5];  // ink of the cells around, kCellColors off the board
+  CellInks inks;
   CellPose pose;
   float scale;  // of the image that was sampled
-  NeighborWeights in_sight;
   CellSamples samples;
 };
+
+// The place in the 3x3 neighbourhood that a sample lies on.
+int NeighborOf(int sample) {
+  const auto side = [](float x) { return x < -0.5f ? 0 : (x > 0.5f ? 2 : 1); };
+  return 3 * side(CellSample(sample / kCellSide)) + side(CellSample(sample % kCellSide));
+}
 
 std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<PredictedCell>& cells) {
   std::vector<SampledCell> sampled;
@@ -46,14 +51,14 @@ std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<
     SampledCell out;
     out.scale = static_cast<float>(1 << level);
     out.pose = cell.pose;
-    out.in_sight = cell.in_sight;
     const CellPose& f = cell.pose;
     if (!(f.Area() > 1)) continue;
     for (int k = 0; k < 25; ++k) {
       const int r = cell.row + k / 5 - 2, c = cell.col + k % 5 - 2;
-      out.labels[k / 5][k % 5] =
+      out.inks.inks[k / 5][k % 5] =
           view.board.Contains(r, c) ? static_cast<int>(view.board.at(r, c)) : kCellColors;
     }
+    for (int k = 0; k < kCellSide * kCellSide; ++k) out.inks.weights[k] = cell.in_sight[NeighborOf(k)];
     BestCellKernels().sample({image.rgbx.data(), image.width_px, image.height_px}, f.InHalvings(out.scale),
                              {}, &out.samples);
     sampled.push_back(out);
@@ -61,42 +66,15 @@ std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<
   return sampled;
 }
 
-// The place in the 3x3 neighbourhood that a sample lies on.
-int NeighborOf(int sample) {
-  const auto side = [](float x) { return x < -0.5f ? 0 : (x > 0.5f ? 2 : 1); };
-  return 3 * side(CellSample(sample / kCellSide)) + side(CellSample(sample % kCellSide));
-}
-
 // What one cell's samples say about the colours at light 1.
-ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const ProfileAlongV& along_v) {
+ColorSums SumCell(const CellInks& inks, const CellSamples& samples) {
+  CellColorSums of_cell;
+  BestCellKernels().colors(inks, samples, &of_cell);
   ColorSums sums;
-  for (int k = 0; k < kCellSide * kCellSide; ++k) {
-    const int group = k / kSampleLanes, lane = k % kSampleLanes;
-    const double weight = cell.in_sight[NeighborOf(k)];
-    if (weight == 0) continue;
-    std::array<double, kUnknowns> mix = {};
-    double covered = 0;
-    for (int i = 0; i < 5; ++i) {
-      for (int j = 0; j < 5; ++j) {
-        const double share = along_v.value[group][i][lane] * along_u.value[j][k % kCellSide];
-        mix[cell.labels[i][j]] += share;
-        covered += share;
-      }
-    }
-    mix[kCellColors] += 1 - covered;
-    for (int p = 0; p < kUnknowns; ++p) {
-      if (mix[p] == 0) continue;
-      for (int q = 0; q <= p; ++q) sums.normal(p, q) += weight * mix[p] * mix[q];
-      for (int c = 0; c < 3; ++c) {
-        sums.target(p, c) += weight * mix[p] * cell.samples.value[c][group][lane];
-      }
-    }
-    for (int c = 0; c < 3; ++c) {
-      const double value = cell.samples.value[c][group][lane];
-      sums.square += weight * value * value;
-    }
-  }
+  sums.normal = Eigen::Map<const MatrixN>(of_cell.normal[0]).triangularView<Eigen::Lower>();
   sums.normal.triangularView<Eigen::StrictlyUpper>() = sums.normal.transpose();
+  sums.target = Eigen::Map<const MatrixN3>(of_cell.target[0]);
+  sums.square = of_cell.square;
   return sums;
 }
 
@@ -155,7 +133,7 @@ Appearance CalibrateAppearance(const PrintedView& view, const std::vector<Placed
 
 Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PredictedCell>& cells,
                                const std::vector<float>& sigmas_px, const Appearance& start) {
-  const std::vector<SampledCell> sampled = SampleCells(view, cells);
+  std::vector<SampledCell> sampled = SampleCells(view, cells);
   Appearance best = start;
   double least = 1e300;
   int risen = 0;
@@ -164,11 +142,12 @@ Appearance CalibrateAppearance(const PrintedView& view, const std::vector<Predic
     current.sigma_px = sigma_px;
     std::vector<ColorSums> of_cells;
     of_cells.reserve(sampled.size());
-    for (const SampledCell& cell : sampled) {
+    for (SampledCell& cell : sampled) {
       const CellPose& f = cell.pose;
       const float sigma = SigmaInPyramid(sigma_px, cell.scale) / f.Area();
-      of_cells.push_back(SumCell(cell, view.profile.AlongU(sigma * std::hypot(f.bx, f.by)),
-                                 view.profile.AlongV(sigma * std::hypot(f.ax, f.ay))));
+      cell.inks.along_u = &view.profile.AlongU(sigma * std::hypot(f.bx, f.by));
+      cell.inks.along_v = &view.profile.AlongV(sigma * std::hypot(f.ax, f.ay));
+      of_cells.push_back(SumCell(cell.inks, cell.samples));
     }
     double error = 1e300;
     for (int round = 0; round < kRounds; ++round) {

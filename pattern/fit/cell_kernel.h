@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "pattern/board/board.h"
 #include "pattern/fit/cell.h"
 #include "pattern/fit/sampled_profile.h"
 #include "simd/dispatch.h"
@@ -62,6 +63,22 @@ struct alignas(64) CellSamples {
   float value[3][kSampleGroups][kSampleLanes];
 };
 
+// The inks of a cell and its neighbours, and the blur.
+struct CellInks {
+  int inks[5][5];  // kCellColors off the board
+  float weights[kSampleGroups * kSampleLanes];
+  const ProfileAlongU* along_u;
+  const ProfileAlongV* along_v;
+};
+
+// Normal equations of the inks' colours and of black, the last, at light 1: the products of their shares of
+// each sample, those times its values, and the values squared.
+struct alignas(64) CellColorSums {
+  double normal[kCellColors + 1][kCellColors + 1];  // [q][p]; only p >= q holds
+  double target[3][kCellColors + 1];
+  double square;
+};
+
 struct CellKernels {
   // `mask` [4][16] multiplies the weights; null for all ones.
   void (*render)(const CellPrint& print, const float* mask, CellModel* model);
@@ -72,6 +89,8 @@ struct CellKernels {
   // Weights [4][16] of the samples under a Cauchy distribution of their residuals, as wide as these are in
   // the mean; 0 for samples without weight. `light`: gain, its changes along u and v, offset.
   void (*trust)(const CellModel& model, const CellSamples& samples, const float* light, float* weights);
+  // Sample by sample.
+  void (*colors)(const CellInks& cell, const CellSamples& samples, CellColorSums* sums);
 };
 
 // The fastest that this processor runs.

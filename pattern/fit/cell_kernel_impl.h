@@ -41,6 +41,7 @@ struct alignas(64) SampleConstants {
   }
 };
 constexpr SampleConstants kAt;
+constexpr int kSamples = kSampleGroups * kSampleLanes;
 
 // The board row of a group of samples, one above the 3x3.
 constexpr int kNear[kSampleGroups] = {0, 1, 1, 2};
@@ -238,7 +239,6 @@ void Sample(const PixelView& image, const CellPose& pose, const CellWarp& warp, 
               y_last = static_cast<float>(image.height_px - 1) - 0.001f;
   const float center[2] = {pose.x, pose.y}, a[2] = {pose.ax, pose.ay}, b[2] = {pose.bx, pose.by};
   // In steps over all samples: what is written by parts and read as a whole stalls when read at once.
-  constexpr int kSamples = kSampleGroups * kSampleLanes;
   alignas(64) float fx[kSamples], fy[kSamples];
   alignas(64) int32_t at[kSamples];
   for (int first = 0; first < kSampleLanes; first += kLanes) {
@@ -327,7 +327,6 @@ void Sum(const CellModel& model, const CellSamples& samples, CellImageSums* out)
 void Trust(const CellModel& model, const CellSamples& samples, const float* light, float* weights) {
   constexpr float kScale2 = 2.0f;       // of the distribution, squared, in mean squared residuals
   constexpr float kLeastScale2 = 9.0f;  // in squared grey levels
-  constexpr int kSamples = kSampleGroups * kSampleLanes;
   alignas(64) float weighted[kSamples];
   for (int m = 0; m < kSampleGroups; ++m) {
     for (int first = 0; first < kSampleLanes; first += kLanes) {
@@ -339,8 +338,7 @@ void Trust(const CellModel& model, const CellSamples& samples, const float* ligh
             weight * (Load(samples.value[c][m] + first) - light[3]) - gain * Load(model.wt[c][m] + first);
         squared += residual * residual;
       }
-      const Lanes mean = weight > 0.0f ? squared / (3.0f * weight) : Lanes{};
-      Store(mean, weighted + kSampleLanes * m + first);
+      Store(weight > 0.0f ? squared / (3.0f * weight) : Lanes{}, weighted + kSampleLanes * m + first);
     }
   }
   float sum = 0;  // one by one, as on every instruction set
@@ -356,9 +354,47 @@ void Trust(const CellModel& model, const CellSamples& samples, const float* ligh
   }
 }
 
+void Colors(const CellInks& cell, const CellSamples& samples, CellColorSums* out) {
+  constexpr int kUnknowns = kCellColors + 1;
+  typedef double Shares __attribute__((vector_size(8 * kUnknowns)));
+  typedef double WideLanes __attribute__((vector_size(8 * kLanes)));
+  const auto add = [](WideLanes more, double* sum) {
+    more += LoadAs<WideLanes>(sum);
+    std::memcpy(sum, &more, sizeof more);
+  };
+  Shares normal[kUnknowns] = {}, target[3] = {};
+  double square = 0;
+  for (int m = 0; m < kSampleGroups; ++m) {
+    alignas(64) double shares[kUnknowns][kSampleLanes] = {};
+    for (int first = 0; first < kSampleLanes; first += kLanes) {
+      WideLanes covered = {};
+      for (int k = 0; k < 25; ++k) {
+        const Lanes share =
+            Load(cell.along_v->value[m][k / 5] + first) * RowMixes::Part(cell.along_u->value[k % 5], first);
+        covered += __builtin_convertvector(share, WideLanes);
+        add(__builtin_convertvector(share, WideLanes), shares[cell.inks[k / 5][k % 5]] + first);
+      }
+      add(1 - covered, shares[kCellColors] + first);
+    }
+    for (int l = 0; l < kSampleLanes; ++l) {
+      const double weight = cell.weights[m * kSampleLanes + l];
+      Shares weighted;
+      for (int p = 0; p < kUnknowns; ++p) weighted[p] = weight * shares[p][l];
+      for (int q = 0; q < kUnknowns; ++q) normal[q] += weighted * shares[q][l];
+      for (int c = 0; c < 3; ++c) {
+        const double value = samples.value[c][m][l];
+        target[c] += weighted * value;
+        square += weight * value * value;
+      }
+    }
+  }
+  std::memcpy(out->normal, normal, sizeof normal);
+  std::memcpy(out->target, target, sizeof target);
+  out->square = square;
+}
+
 }  // namespace
 
-extern const CellKernels kCellKernels;
-const CellKernels kCellKernels = {Render, Sample, Sum, Trust};
+const CellKernels kCellKernels = {Render, Sample, Sum, Trust, Colors};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

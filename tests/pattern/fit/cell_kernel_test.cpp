@@ -185,6 +185,52 @@ TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
   }
 }
 
+// Share by share in the order of the definition: the bytes of every instruction set.
+TEST(CellKernels, SumColorsAsDefined) {
+  constexpr int kUnknowns = kCellColors + 1, kSamples = kSampleGroups * kSampleLanes;
+  const SampledProfile profile(0.75);
+  std::mt19937 random(12);
+  std::uniform_real_distribution<float> grey(0, 255);
+  for (int round = 0; round < 20; ++round) {
+    CellInks cell;
+    cell.along_u = &profile.AlongU(0.1f + 0.02f * static_cast<float>(round));
+    cell.along_v = &profile.AlongV(0.5f - 0.02f * static_cast<float>(round));
+    for (auto& row : cell.inks)
+      std::ranges::generate(row, [&] { return static_cast<int>(random() % kUnknowns); });
+    std::ranges::generate(cell.weights, [&] { return random() % 4 == 0 ? 0.0f : grey(random); });
+    CellSamples samples;
+    double normal[kUnknowns][kUnknowns] = {}, target[3][kUnknowns] = {}, square = 0;
+    for (int k = 0; k < kSamples; ++k) {
+      const int m = k / kSampleLanes, lane = k % kSampleLanes;
+      for (auto& channel : samples.value) channel[m][lane] = grey(random);
+      double shares[kUnknowns] = {}, covered = 0;
+      for (int i = 0; i < 5; ++i) {
+        for (int j = 0; j < 5; ++j) {
+          const float share = cell.along_v->value[m][i][lane] * cell.along_u->value[j][k % kCellSide];
+          shares[cell.inks[i][j]] += share;
+          covered += share;
+        }
+      }
+      shares[kCellColors] += 1 - covered;
+      const double weight = cell.weights[k];
+      for (int q = 0; q < kUnknowns; ++q) {
+        for (int p = q; p < kUnknowns; ++p) normal[q][p] += weight * shares[p] * shares[q];
+        for (int c = 0; c < 3; ++c) target[c][q] += weight * shares[q] * samples.value[c][m][lane];
+      }
+      for (const auto& channel : samples.value) square += weight * channel[m][lane] * channel[m][lane];
+    }
+    for (const CellKernels* kernels : CellKernelsThatRunHere()) {
+      CellColorSums sums;
+      kernels->colors(cell, samples, &sums);
+      for (int q = 0; q < kUnknowns; ++q) {
+        for (int p = q; p < kUnknowns; ++p) EXPECT_EQ(sums.normal[q][p], normal[q][p]);
+        for (int c = 0; c < 3; ++c) EXPECT_EQ(sums.target[c][q], target[c][q]);
+      }
+      EXPECT_EQ(sums.square, square);
+    }
+  }
+}
+
 TEST(CellKernels, TrustSamplesLikeACauchyDistributionOfTheirResiduals) {
   const SampledProfile profile(0.75);
   CellPrint look = SomeLook(profile);
