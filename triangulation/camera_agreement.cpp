@@ -44,10 +44,12 @@ struct Match {
   double residual_px = 0;
 };
 
+constexpr double kBehind = std::numeric_limits<double>::infinity();  // of a point that the camera cannot see
+
 double ResidualPx(const CameraModel& camera, const Eigen::Vector3d& point_mm,
                   const Eigen::Vector2d& seen_px) {
   const std::optional<Eigen::Vector2d> expected = camera.Project(point_mm);
-  return expected ? (*expected - seen_px).norm() : std::numeric_limits<double>::infinity();
+  return expected ? (*expected - seen_px).norm() : kBehind;
 }
 
 // Observations of nodes whose point stands without this camera.
@@ -59,9 +61,11 @@ std::vector<Match> MatchesOf(const CameraModel& camera, const ViewObservations& 
     const Observation& o = view.observations[i];
     const CloudPoint* point = FindPoint(cloud, o.node);
     if (point == nullptr || point->views < options.consensus.min_views) continue;
-    Match match{o.node, {o.x_px, o.y_px}, point->position_mm, Eigen::Vector2d::Constant(NAN), 0};
-    if (const auto expected = camera.Project(point->position_mm)) match.expected_px = *expected;
-    match.residual_px = ResidualPx(camera, match.point_mm, match.seen_px);
+    Match match{o.node, {o.x_px, o.y_px}, point->position_mm, Eigen::Vector2d::Constant(NAN), kBehind};
+    if (const auto expected = camera.Project(point->position_mm)) {
+      match.expected_px = *expected;
+      match.residual_px = (match.expected_px - match.seen_px).norm();
+    }
     // A point of just enough cameras would not be there if one of them disagreed.
     const double depth_mm = camera.rotation.row(2).dot(match.point_mm) + camera.translation_mm.z();
     const double limit_px =

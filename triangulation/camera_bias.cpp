@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
@@ -129,9 +128,11 @@ absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
   WEFT_RETURN_IF_ERROR(options.Validate());
   const int cameras = static_cast<int>(rig.cameras.size());
   const size_t step = std::max<size_t>(1, (cloud.points.size() + kMaxNodes - 1) / kMaxNodes);
-  std::set<BoardNode> wanted;
-  for (size_t i = 0; i < cloud.points.size(); i += step) wanted.insert(cloud.points[i].node);
   // Only the observations of nodes that are looked at.
+  const auto is_wanted = [&](const BoardNode& node) {
+    const CloudPoint* point = FindPoint(cloud, node);
+    return point != nullptr && static_cast<size_t>(point - cloud.points.data()) % step == 0;
+  };
   std::vector<ViewObservations> chosen;
   for (const ViewObservations& view : views) {
     if (view.camera < 0 || view.camera >= cameras)
@@ -140,7 +141,7 @@ absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
     ViewObservations& out = chosen.emplace_back();
     out.camera = view.camera;
     for (const Observation& o : view.observations)
-      if (wanted.count(o.node) > 0) out.observations.push_back(o);
+      if (is_wanted(o.node)) out.observations.push_back(o);
   }
   std::vector<std::vector<UndistortedPoint>> undistorted;
   for (const ViewObservations& view : chosen)
