@@ -114,6 +114,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--clients", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=300)
+    parser.add_argument("--per-second", type=float, help="rate of the open loop, to compare two daemons at the same one")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="weft-load-") as folder:
         daemon, network, local, identity, _ = make_studio(folder, options.clients)
@@ -123,7 +124,8 @@ def main():
             echo, echo_address = start_echo(folder, network, done, identity)
             watched = submit(folder, local, "0003:", "watched")
             cpu, began = processor_s(daemon.pid), time.monotonic()
-            found, memory = load(daemon, folder, network, echo_address, options.clients, options.seconds, watched, done)
+            found, memory = load(daemon, folder, network, echo_address, options.clients, options.seconds, watched, done,
+                                 *filter(None, [options.per_second]))
             daemon_cpu = (processor_s(daemon.pid) - cpu) / (time.monotonic() - began)
             echo.stdin.close()
             echo.wait()
