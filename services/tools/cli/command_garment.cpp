@@ -1,6 +1,7 @@
 // weft garment: meshes of garments that no board was printed on.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <tuple>
@@ -17,12 +18,16 @@
 #include "capture/image/image_encoders.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/garment_file.h"
+#include "services/formats/files/json_file.h"
 #include "services/ground/process/exit_status.h"
 #include "services/ground/process/stop_on_signal.h"
+#include "services/results/export/export_folder.h"
+#include "services/results/export/export_transform.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/json_output.h"
 #include "services/tools/cli/progress.h"
 #include "services/work/job/import_meshes.h"
+#include "weft/v1/export.pb.h"
 #include "weft/v1/template.pb.h"
 
 namespace weft {
@@ -38,7 +43,7 @@ struct GarmentCheckOptions {
 
 struct GarmentImportOptions {
   MeshImport request;
-  std::string unit = "mm";
+  std::string unit = "mm", up, world_up = "-y";
 };
 
 // Vertices at the place of another one: most programs split meshes so along seams, and the cloth then hangs
@@ -140,10 +145,33 @@ absl::Status CheckGarment(const GarmentCheckOptions& options) {
   return absl::OkStatus();
 }
 
+// Meshes of `weft export` lie beside export.json, which has their axes and unit.
+void WarnOfOtherAxes(const MeshImport& request) {
+  const std::filesystem::path folder = std::filesystem::path(request.meshes.front()).parent_path();
+  const std::string file = (folder / kExportFile).string();
+  v1::Export exported;
+  if (!ReadJsonFile(file, exported).ok() || exported.transform().export_from_world_size() != 16) return;
+  const Eigen::Matrix4d world_from_export =
+      Eigen::Matrix4d::Map(exported.transform().export_from_world().data()).transpose().inverse();
+  const Eigen::Matrix3d as_read = request.unit_mm * request.world_from_mesh;
+  if (as_read.isApprox(world_from_export.topLeftCorner<3, 3>(), 1e-6)) return;
+  PrintWarning(absl::StrCat(
+      file, ": the meshes were exported with --up ", exported.transform().up(), " --unit ",
+      exported.transform().unit(),
+      "; they come back turned or scaled unless import gets the same, and the export's --world-up"));
+}
+
 absl::Status ImportGarment(const GarmentImportOptions& options, bool quiet) {
   const StopOnSignal stop;
   MeshImport request = options.request;
   request.unit_mm = LengthUnitNamed(options.unit).value().mm;
+  if (!options.up.empty()) {
+    WEFT_ASSIGN_OR_RETURN(const UpAxis up, UpAxisFromName(options.up));
+    WEFT_ASSIGN_OR_RETURN(const ExportTransform mesh_from_world,
+                          ExportTransform::Make(up, options.world_up, LengthUnit::kMillimetre));
+    request.world_from_mesh = mesh_from_world.rotation.transpose();
+  }
+  WarnOfOtherAxes(request);
   WEFT_ASSIGN_OR_RETURN(const ImportedGarment imported, WithBar("import", quiet, 0, [&](const auto& tell) {
                           return ImportMeshes(request, tell, stop.token());
                         }));
@@ -189,6 +217,13 @@ void AddGarmentImportCommand(CLI::App& garment, CommandLine& line) {
       "  weft evaluate result --against simulated --out comparison");
   AddRequired(*command, "meshes FILE", options->request.meshes, "OBJ or PLY");
   AddUnitOption(*command, options->unit);
+  AddOption(
+      *command, "--up UP", options->up,
+      "The axis that points up in the files, as of weft export; by default they are in the world's axes",
+      OneOf({"y", "z"}));
+  AddOption(*command, "--world-up UP", options->world_up,
+            "With --up: the axis of the rig's world that points up",
+            OneOf({"x", "-x", "y", "-y", "z", "-z"}));
   AddOption(*command, "--rest FILE", options->request.rest,
             "The garment at rest; by default the mesh of the first frame");
   AddRequired(*command, "--out DIR", options->request.out, "Folder to write to");

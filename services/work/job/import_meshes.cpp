@@ -55,6 +55,11 @@ absl::Status MayWrite(const std::string& out) {
       absl::StrCat(out, ": holds the result of a job; choose another folder with --out"));
 }
 
+void Turn(const Eigen::Matrix3d& world_from_mesh, std::vector<Eigen::Vector3d>& vertices_mm) {
+  if (world_from_mesh.isIdentity(0)) return;
+  for (Eigen::Vector3d& v : vertices_mm) v = world_from_mesh * v;
+}
+
 absl::Status CheckReach(const std::string& path, const std::vector<Eigen::Vector3d>& vertices_mm) {
   for (size_t v = 0; v < vertices_mm.size(); ++v)
     if (!(vertices_mm[v].cwiseAbs().maxCoeff() <= kFarthest_mm))
@@ -160,8 +165,9 @@ absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
   const std::string out = AbsolutePath(request.out);
   WEFT_RETURN_IF_ERROR(MayWrite(out));
   WEFT_ASSIGN_OR_RETURN(
-      const GarmentMesh garment,
+      GarmentMesh garment,
       ReadGarmentMesh(request.rest.empty() ? meshes.front() : request.rest, request.unit_mm));
+  Turn(request.world_from_mesh, garment.rest.vertices_mm);
   ImportedGarment imported;
   WEFT_RETURN_IF_ERROR(
       CheckReach(request.rest.empty() ? meshes.front() : request.rest, garment.rest.vertices_mm));
@@ -173,6 +179,7 @@ absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
     if (stop.stop_requested()) return absl::CancelledError("stopped; the same command begins again");
     WEFT_ASSIGN_OR_RETURN(std::vector<Eigen::Vector3d> vertices_mm,
                           ReadGarmentMoment(meshes[i], garment, request.unit_mm));
+    Turn(request.world_from_mesh, vertices_mm);
     WEFT_RETURN_IF_ERROR(CheckReach(meshes[i], vertices_mm));
     return vertices_mm;
   };

@@ -2,6 +2,7 @@
 // comparison.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <stop_token>
 #include <string>
@@ -16,6 +17,7 @@ struct MeshImport {
   std::vector<std::string> meshes;  // OBJ or PLY, one of each frame, all of one garment
   std::string rest;                 // the garment at rest; empty: the first of them
   double unit_mm = 1;               // of all of them
+  Eigen::Matrix3d world_from_mesh = Eigen::Matrix3d::Identity();  // a rotation, of all of them
   std::string out;
 
   // InvalidArgument: no meshes, files that are no meshes, a name twice.

@@ -187,5 +187,30 @@ TEST_F(CommandGarment, FramesOfAnotherProgramBecomeAResult) {
   EXPECT_TRUE(std::filesystem::exists(out + "/0007/mesh.ply"));
 }
 
+// What `weft export` wrote with y up, and what says so beside it.
+TEST_F(CommandGarment, AnExportComesBackWithTheAxesThatItWasWrittenIn) {
+  const std::string mesh = File("shirt_0007.obj", std::string(kSquare) + "f 1 2 3\nf 1 3 4\n");
+  const auto import = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"garment", "import", mesh, "--unit", "m", "--out", folder_ / "out"});
+    CommandRun run = RunCommand(AddGarmentCommand, std::move(more), false);
+    EXPECT_TRUE(run.status.ok()) << run.status;
+    return std::pair(run.err, ReadMesh(folder_ / "out/garment.ply")->vertices_mm[2]);
+  };
+  EXPECT_EQ(import({}).first, "") << "of another program";
+  const std::string exported = R"({"format": "obj", "transform": {"export_from_world":
+    [0.001, 0, 0, 0, 0, -0.001, 0, 0, 0, 0, -0.001, 0, 0, 0, 0, 1], "up": "y", "unit": "m"}})";
+  WriteBytes(folder_ / "export.json", exported);
+  const auto [warning, as_it_is] = import({});
+  EXPECT_THAT(warning,
+              HasSubstr("export.json: the meshes were exported with --up y --unit m; they come back turned"));
+  EXPECT_TRUE(as_it_is.isApprox(Eigen::Vector3d(200, 100, 0)));
+  const auto [silence, turned] = import({"--up", "y"});
+  EXPECT_EQ(silence, "");
+  EXPECT_TRUE(turned.isApprox(Eigen::Vector3d(200, -100, 0)));
+  EXPECT_THAT(import({"--up", "z"}).first, HasSubstr("exported with --up y"));
+  EXPECT_TRUE(import({"--up", "z"}).second.isApprox(Eigen::Vector3d(200, 0, 100)));
+  EXPECT_TRUE(import({"--up", "y", "--world-up", "z"}).second.isApprox(Eigen::Vector3d(200, 0, 100)));
+}
+
 }  // namespace
 }  // namespace weft

@@ -172,6 +172,18 @@ TEST_F(MeshImportTest, TheMeshAtRestMayBeAnother) {
   EXPECT_THAT(imported->frames, ElementsAre("2", "10"));
 }
 
+TEST_F(MeshImportTest, AxesOfOtherProgramsAreTurnedToTheWorlds) {
+  WriteBytes(folder_ / "rest.obj", StripObj(7));
+  request_.rest = folder_ / "rest.obj";
+  request_.world_from_mesh = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  const auto imported = Import();
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  EXPECT_TRUE(
+      ReadGarmentMesh(imported->garment)->rest.vertices_mm[1].isApprox(Eigen::Vector3d(0, -200, -7000)));
+  EXPECT_TRUE(
+      ReadMesh(folder_ / "out/10/mesh.ply")->vertices_mm[1].isApprox(Eigen::Vector3d(0, -200, -1000)));
+}
+
 TEST_F(MeshImportTest, StopsBetweenFramesWithoutAJobFile) {
   std::stop_source stop;
   std::vector<size_t> told;
