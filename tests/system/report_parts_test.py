@@ -177,6 +177,15 @@ class Parts(ReportPages):
         failed = self.html(f"frameSection({self.DONE}(41).map((frame, i) => i === 30 ? {{...frame, state: 'FRAME_STATE_FAILED', temporal: {{bridged: true}}}} : frame))")
         self.assertIn('<bdi>f30</bdi></td><td><span class="state bad">✕ bridged</span></td><td class="number">–</td>', failed)
 
+    def test_what_nobody_measured_has_no_columns_and_no_plots(self):
+        imported = f"{self.DONE}(2).map(frame => ({{...frame, mesh: {{vertices: 4, vertices_with_cell: 0, coverage: 0}}}}))"
+        self.assertEqual(self.shown(f"frameSection({imported})"), "FramesFrameStateCamerasTimeRemarkf0✓ done––f1✓ done––")
+        self.assertIsNone(self.html(f"plotSection({imported})"))
+        self.assertIn("Coverage", self.shown(f"frameSection({self.DONE}(2))"))
+        self.assertIn("Coverage", self.shown(f"plotSection({self.DONE}(2))"))
+        failed = f"{imported}.map(frame => ({{...frame, state: 'FRAME_STATE_FAILED', mesh: undefined}}))"
+        self.assertIn("Coverage", self.shown(f"frameSection({failed})"))
+
     def test_remarks_say_what_untangling_cost(self):
         frame = f"{{...{self.DONE}(1)[0], reason: 'a<b', mesh: {{demoted: 1, self_intersections: 2}}}}"
         self.assertIn("a<b; 2 pairs of faces intersect; 1 observed vertex moved to undo a self-intersection", self.shown(f"frameSection([{frame}])"))

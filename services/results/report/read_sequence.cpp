@@ -21,25 +21,15 @@ std::vector<const v1::FrameReport*> FramesWithMesh(const std::vector<v1::FrameRe
   return with_mesh;
 }
 
-struct MeshOfFrame {
-  TriangleMesh mesh;
-  RegisteredMesh registered;
-};
-
-absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
-  WEFT_ASSIGN_OR_RETURN(Ply ply, ReadPly(path));
-  WEFT_ASSIGN_OR_RETURN(RegisteredMesh registered, RegisteredMeshFromPly(ply, path));
-  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, MeshFromPly(ply, path));
-  return MeshOfFrame{std::move(mesh), std::move(registered)};
-}
-
 SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh, const std::vector<int>& kept,
-                      const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values) {
-  SequenceFrame frame{report.frame(), report.temporal().bridged() ? "bridged" : "", {}, {{}, {}}};
-  for (const int v : kept) {
-    frame.vertices_mm.push_back(mesh.vertices_mm[v].cast<float>());
-    frame.color_bytes[0].push_back(static_cast<uint8_t>(mesh.state[v]));
-    frame.color_bytes[1].push_back(PaletteIndex(mesh.sigma_mm[v], sigma_range_mm));
+                      bool is_measured, const ScalarRange& sigma_range_mm,
+                      const std::vector<VertexValues>& values) {
+  SequenceFrame frame{report.frame(), report.temporal().bridged() ? "bridged" : "", {}, {}};
+  for (const int v : kept) frame.vertices_mm.push_back(mesh.vertices_mm[v].cast<float>());
+  if (is_measured) frame.color_bytes = {2, std::vector<uint8_t>(kept.size(), PaletteIndex(kNoNumber, {}))};
+  for (size_t i = 0; i < kept.size() && is_measured && !mesh.state.empty(); ++i) {
+    frame.color_bytes[0][i] = static_cast<uint8_t>(mesh.state[kept[i]]);
+    frame.color_bytes[1][i] = PaletteIndex(mesh.sigma_mm[kept[i]], sigma_range_mm);
   }
   for (const VertexValues& more : values) {
     const std::vector<double> of_frame = more.of_frame(report.frame(), mesh.vertices_mm);
@@ -81,8 +71,10 @@ absl::StatusOr<std::vector<int>> BeginAt(const MeshOfFrame& first, const v1::Mes
   SortByGarment(report, mesh, parts);
   sequence = BeginSequence(mesh, front);
   *sequence.mutable_parts() = std::move(parts);
-  *sequence.add_colorings() = ColoringByState();
-  *sequence.add_colorings() = ColoringByValue("sigma", "sigma", "mm", sigma_range_mm);
+  if (!first.registered.state.empty()) {
+    *sequence.add_colorings() = ColoringByState();
+    *sequence.add_colorings() = ColoringByValue("sigma", "sigma", "mm", sigma_range_mm);
+  }
   for (const VertexValues& more : values) {
     *sequence.add_colorings() = ColoringByValue(more.name, more.label, more.unit, more.range);
     sequence.mutable_colorings()->rbegin()->set_first_shown(more.is_first_shown);
@@ -92,6 +84,17 @@ absl::StatusOr<std::vector<int>> BeginAt(const MeshOfFrame& first, const v1::Mes
 
 }  // namespace
 
+absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
+  WEFT_ASSIGN_OR_RETURN(Ply ply, ReadPly(path));
+  WEFT_ASSIGN_OR_RETURN(TriangleMesh mesh, MeshFromPly(ply, path));
+  RegisteredMesh registered;
+  registered.vertices_mm = mesh.vertices_mm;
+  if (ply.Find("vertex")->Find("state") != nullptr) {
+    WEFT_ASSIGN_OR_RETURN(registered, RegisteredMeshFromPly(ply, path));
+  }
+  return MeshOfFrame{std::move(mesh), std::move(registered)};
+}
+
 v1::PageSequence ReadSequence(const std::string& out_folder, const std::vector<v1::FrameReport>& frames,
                               const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values,
                               std::vector<std::string>& notes) {
@@ -99,6 +102,7 @@ v1::PageSequence ReadSequence(const std::string& out_folder, const std::vector<v
   v1::PageSequence sequence;
   std::vector<int> kept;
   size_t vertices = 0;
+  bool is_measured = false;
   for (const size_t i : SequenceFrames(all.size())) {
     const std::string path = FramePaths(out_folder, all[i]->frame()).Of(FrameFile::kMesh);
     const absl::StatusOr<MeshOfFrame> read = ReadMeshOfFrame(path);
@@ -109,12 +113,13 @@ v1::PageSequence ReadSequence(const std::string& out_folder, const std::vector<v
       status = chosen.status();
       if (chosen.ok()) kept = *std::move(chosen);
       vertices = read->mesh.vertices_mm.size();
+      is_measured = !read->registered.state.empty();
     }
     if (status.ok() && read->mesh.vertices_mm.size() != vertices)
       status = absl::InvalidArgumentError(absl::StrCat(path, ": has ", read->mesh.vertices_mm.size(),
                                                        " vertices, the frames before it ", vertices));
     if (status.ok()) {
-      AddFrame(FrameOf(*all[i], read->registered, kept, sigma_range_mm, values), sequence);
+      AddFrame(FrameOf(*all[i], read->registered, kept, is_measured, sigma_range_mm, values), sequence);
     } else {
       notes.push_back(
           absl::StrCat("Frame ", all[i]->frame(), " is missing in three dimensions: ", status.message()));

@@ -10,7 +10,6 @@
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/confined_folder.h"
 #include "services/formats/files/frame_paths.h"
-#include "services/formats/files/mesh_file.h"
 #include "services/results/report/frame_overlays.h"
 #include "services/results/report/frame_pictures.h"
 #include "services/results/report/job_frames.h"
@@ -100,13 +99,12 @@ std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder, const std::v
   for (const ChosenFrame& frame : chosen) {
     const std::string& name = frame.report->frame();
     const std::string path = FramePaths(out_folder, name).Of(FrameFile::kMesh);
-    absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(path);
-    absl::StatusOr<TriangleMesh> triangles = mesh.ok() ? ReadMesh(path) : mesh.status();
-    if (!triangles.ok()) {
-      notes.push_back(absl::StrCat("Frame ", name, " has no picture: ", triangles.status().message()));
-      continue;
+    absl::StatusOr<MeshOfFrame> read = ReadMeshOfFrame(path);
+    if (!read.ok()) {
+      notes.push_back(absl::StrCat("Frame ", name, " has no picture: ", read.status().message()));
+    } else if (!read->registered.state.empty()) {  // pictures are of states and sigmas
+      meshes.push_back({name, frame.why, std::move(read->registered), std::move(read->mesh.faces)});
     }
-    meshes.push_back({name, frame.why, *std::move(mesh), std::move(triangles->faces)});
   }
   return meshes;
 }

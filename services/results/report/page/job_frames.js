@@ -43,6 +43,13 @@ function endsOf(frame) {
     cell(frame.total_ms > 0 ? formatDuration(frame.total_ms) : DASH, frame.total_ms)];
 }
 
+/** False of imports, and of work without cameras. @param {Frame[]} frames */
+const areMeasured = frames => !frames.some(isRegistered)
+  || frames.some(({ mesh, cloud, driven }) => driven || cloud || numberOf(mesh?.vertices_with_cell ?? mesh?.coverage ?? 0) > 0);
+
+/** @param {Frame} frame */
+const plainRow = frame => [name(frame.frame), stateOf(frame), ...endsOf(frame), remarkOf(frame)];
+
 /** @param {Frame} frame */
 function frameRow(frame) {
   const { mesh, cloud } = frame, has = isRegistered(frame), coverage = mesh?.coverage ?? 0;
@@ -65,9 +72,10 @@ function drivenRow(frame) {
 function frameTable(frames) {
   const number = (/** @type {string} */ title) => ({ title, number: true });
   const isDriven = frames.some(frame => frame.driven);
-  const measures = isDriven ? ["Rays", "Rays set aside", "Residual, px", "Sigma, mm"] : ["Coverage", "Observed cells", "Triangulated", "Sigma, mm"];
+  const [row, measures] = isDriven ? [drivenRow, ["Rays", "Rays set aside", "Residual, px", "Sigma, mm"]]
+    : areMeasured(frames) ? [frameRow, ["Coverage", "Observed cells", "Triangulated", "Sigma, mm"]] : [plainRow, []];
   return table(["Frame", "State", ...measures.map(number), number("Cameras"), number("Time"), "Remark"],
-    frames.map(isDriven ? drivenRow : frameRow), "frames");
+    frames.map(row), "frames");
 }
 
 /** Frames that are not simply done, and those that came out worst; in their order. @param {Frame[]} frames */
@@ -84,9 +92,10 @@ export function frameSection(frames) {
   if (frames.length === 0) return section("frames", "Frames", paragraph("No frame has a report."));
   if (frames.length <= LONG_TABLE) return section("frames", "Frames", frameTable(frames));
   const notDone = frames.filter(frame => frame.state !== "FRAME_STATE_DONE").length;
-  const worst = frames.some(frame => frame.driven) ? "largest sigma" : "lowest coverage";
+  const worst = frames.some(frame => frame.driven) ? ", and those with the largest sigma"
+    : areMeasured(frames) ? ", and those with the lowest coverage" : "";
   const first = notDone > MOST_TROUBLED ? ` (the first ${MOST_TROUBLED} of ${formatCount(notDone)})` : "";
-  return section("frames", "Frames", paragraph(`Frames that are not simply done, and those with the ${worst}${first}:`),
+  return section("frames", "Frames", paragraph(`Frames that are not simply done${worst}${first}:`),
     frameTable(framesToLookAt(frames)), details(`All ${formatCount(frames.length)} frames`, () => frameTable(frames)));
 }
 
@@ -117,13 +126,14 @@ export function plotSection(frames) {
     linePlot(axis, over(({ driven }) => driven?.residual_px), { title: "Residual, median, px", unit: "px", decimals: 2 }),
     linePlot(axis, over(({ driven, mesh }) => (driven ? driven.median_sigma_mm : mesh?.median_observed_sigma_mm)),
       { title: "Sigma of all vertices, median, mm", unit: "mm", decimals: 2 }),
-  ] : [
+  ] : !areMeasured(frames) ? [] : [
     linePlot(axis, over(({ mesh }) => mesh?.coverage ?? 0), { title: "Coverage: observed share of the cells", unit: "%", fromZero: false }),
     linePlot(axis, over(({ cloud }) => cloud?.centers, false), { title: "Triangulated cells" }),
     linePlot(axis, over(({ mesh }) => mesh?.median_observed_sigma_mm ?? 0), { title: "Sigma of observed vertices, median, mm", unit: "mm", decimals: 3 }),
   ];
   const layers = stageLayers(frames);
   if (layers.length > 0) plots.push(stackedPlot(axis, layers, { title: "Time per stage" }));
+  if (plots.length === 0) return null;
   const anyLost = axis.withoutMesh.includes(true);
   return section("plots", "Over the frames", el("div.plots", plots), anyLost && paragraph("Red triangles mark frames without a mesh."));
 }

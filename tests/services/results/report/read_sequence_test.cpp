@@ -126,5 +126,29 @@ TEST_F(ReadSequenceTest, MeshesThatDoNotFitAreNoted) {
                            ": has 3 vertices, the frames before it 6");
 }
 
+// As `weft garment import` writes them.
+TEST_F(ReadSequenceTest, WhatNobodyMeasuredHasNoStateAndNoSigma) {
+  for (const char* frame : {"1", "2"}) {
+    std::filesystem::create_directories(folder_ / frame);
+    ASSERT_TRUE(WriteMesh(folder_ / (frame + std::string("/mesh.ply")),
+                          {{{0, 0, 0}, {100, 0, 0}, {0, 100, 0}}, {{0, 1, 2}}})
+                    .ok());
+    AddFrameReport(frame);
+  }
+  const VertexValues known{
+      "distance", "distance", "mm", {0, 1}, [](const auto&, const auto&) { return std::vector(3, 1.0); }};
+  const v1::PageSequence sequence = ReadSequence(folder_.path(), reports_, {}, {known}, notes_);
+  EXPECT_THAT(notes_, testing::IsEmpty());
+  ASSERT_EQ(sequence.frames_size(), 2);
+  ASSERT_EQ(sequence.colorings_size(), 1);
+  EXPECT_EQ(sequence.colorings(0).name(), "distance");
+  EXPECT_EQ(sequence.frames(1).bytes().substr(18), std::string(3, '\xfe'));
+  // Beside measured ones its colours are those of what is unknown.
+  WriteMeshAt("1", 0, 3);
+  const v1::PageSequence mixed = ReadSequence(folder_.path(), reports_, {0, 2}, {known}, notes_);
+  ASSERT_EQ(mixed.colorings_size(), 3);
+  EXPECT_EQ(mixed.frames(1).bytes().substr(18), std::string(6, '\xff') + std::string(3, '\xfe'));
+}
+
 }  // namespace
 }  // namespace weft

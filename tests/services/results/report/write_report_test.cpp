@@ -7,6 +7,7 @@
 #include "capture/image/image_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/formats/files/json_file.h"
+#include "services/formats/files/mesh_file.h"
 #include "services/formats/files/rig_file.h"
 #include "services/results/report/job_page.h"
 #include "services/results/report/job_report.h"
@@ -99,6 +100,17 @@ TEST_F(WriteReport, ShowsEveryMeshInThreeDimensions) {
   EXPECT_EQ(sequence.frames(2).name(), "000003");
   EXPECT_EQ(sequence.vertices(), 576);
   EXPECT_EQ(sequence.still().title(), "Frame 000000, colours: state");
+}
+
+TEST_F(WriteReport, ImportsAreShownInThreeDimensionsWithoutPicturesOfStates) {
+  v1::FrameReport frame = SampleFrame(0, 2);
+  WriteFrame(frame);
+  const absl::StatusOr<TriangleMesh> mesh = ReadMesh(Path("000000/mesh.ply"));
+  ASSERT_TRUE(mesh.ok() && WriteMesh(Path("000000/mesh.ply"), *mesh).ok());
+  const v1::JobPage page = Read(SampleJob({frame}));
+  EXPECT_THAT(page.notes(), IsEmpty());
+  EXPECT_THAT(Pictured(page), IsEmpty());
+  EXPECT_EQ(page.sequence().frames_size(), 1);
 }
 
 TEST_F(WriteReport, GarmentsOfAJointTemplateArePartsOfTheSequence) {
