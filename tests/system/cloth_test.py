@@ -29,9 +29,9 @@ class Sleeve:
                 bend = swing * (row / (ROWS + CAP)) ** 2
                 self.vertices.append((RADIUS_M * math.cos(angle) + bend, EDGE_M * row, RADIUS_M * math.sin(angle)))
 
-    def text(self):
+    def text(self, per_metre=1):
         lines = ["# Blender v3.4.1 OBJ File: 'sleeve.blend'", "# www.blender.org", "mtllib sleeve.mtl", "o Sleeve"]
-        lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in self.vertices]
+        lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in ((per_metre * c for c in vertex) for vertex in self.vertices)]
         lines += ["vn 1.0000 0.0000 0.0000"]
         islands = [self.island(0, ROWS, 0.05, 0.05, 0.05), self.island(ROWS, CAP, 0.55, 0.7, 0.02)]
         lines += [f"vt {u:.6f} {v:.6f}" for places, _ in islands for u, v in places]
@@ -113,6 +113,14 @@ class Cloth(unittest.TestCase):
         # Out and in again it is the same mesh.
         back = weft("garment", "check", self.path("export", "obj", "000001.obj"), "--unit", "m", "--json", check=0)
         self.assertEqual(json.loads(back.stdout)["charts"], 2)
+        exported = [self.path("export", "obj", f"{frame + 1:06d}.obj") for frame in range(5)]
+        turned = weft("garment", "import", *exported, "--unit", "m", "--out", self.path("turned"), check=0)
+        self.assertIn("exported with --up y --unit m", turned.stderr)
+        back = weft("garment", "import", *exported, "--unit", "m", "--up", "y", "--out", self.path("back"), check=0)
+        self.assertNotIn("warning", back.stderr)
+        for other, least_mm, most_mm in (("turned", 30, 1000), ("back", 0, 1e-3)):
+            comparison = json.loads(weft("evaluate", result, "--against", self.path(other), "--json").stdout)
+            self.assertTrue(least_mm <= comparison["meshes"]["distance_mm"]["mean"] <= most_mm, comparison["meshes"])
 
     def test_is_compared_with_another(self):
         first = self.imported()
@@ -168,7 +176,7 @@ class Player(ConsoleDaemon, unittest.TestCase):
         frames = self.path("frames")
         os.mkdir(frames)
         for frame in range(3):
-            write(os.path.join(frames, f"sleeve_{frame + 1}.obj"), Sleeve(0.02 * frame).text())
+            write(os.path.join(frames, f"sleeve_{frame + 1}.obj"), Sleeve(0.02 * frame).text(1000))
         weft("library", "upload", "garment", frames, "--name", "sleeve", "--server", self.addresses[0], check=0)
         page = self.browser(expected=["401"])
         self.log_in(page, self.token("anna", "viewer"))
@@ -189,6 +197,8 @@ class Library(ConsoleDaemon, unittest.TestCase):
         mesh = self.path("sleeve.obj")
         write(mesh, Sleeve().text())
         server = ("--server", self.addresses[0])
+        self.assertIn("mm across; the file does not say its unit", weft("library", "upload", "garment", mesh, *server, check=2).stderr)
+        write(mesh, Sleeve().text(1000))
         weft("library", "upload", "garment", mesh, *server, check=0)
         self.assertIn("sleeve", weft("library", "list", "garment", *server, check=0).stdout)
         write(mesh, Sleeve().text().replace("/1/1 ", " ", 1))

@@ -115,19 +115,21 @@ absl::StatusOr<GarmentMesh> GarmentFromPly(const std::string& path, double unit_
   return garment;
 }
 
-// An OBJ or PLY, of any size.
+// An OBJ or PLY.
 absl::StatusOr<GarmentMesh> GarmentFromMesh(const std::string& path, double unit_mm) {
   absl::StatusOr<GarmentMesh> garment =
       IsObjName(path) ? GarmentFromObj(path, unit_mm) : GarmentFromPly(path, unit_mm);
   if (!garment.ok()) return garment;
   garment->id = fs::path(path).stem().string();
   const absl::Status status = CheckGarmentMesh(garment->rest);
-  if (status.ok()) return garment;
-  return absl::Status(
-      status.code(),
-      absl::StrCat(path, ": ", status.message(),
-                   " (faces are counted as triangles); repair the mesh (in Blender: Select All by Trait, Non "
-                   "Manifold; Merge by Distance) and export it again"));
+  if (status.ok()) {
+    WEFT_RETURN_IF_ERROR(CheckSize(path, garment->rest));
+    return garment;
+  }
+  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message(),
+                                                  " (faces are counted as triangles); repair the "
+                                                  "mesh (in Blender: Select All by Trait, Non "
+                                                  "Manifold; Merge by Distance) and export it again"));
 }
 
 absl::StatusOr<GarmentMesh> GarmentFromTemplate(const std::string& path) {
@@ -161,13 +163,8 @@ bool IsMeshName(const std::string& path) {
 }
 
 absl::StatusOr<GarmentMesh> ReadGarmentMesh(const std::string& path, double unit_mm) {
-  if (!IsMeshName(path)) return GarmentFromTemplate(path);
-  WEFT_ASSIGN_OR_RETURN(GarmentMesh garment, GarmentFromMesh(path, unit_mm));
-  WEFT_RETURN_IF_ERROR(CheckSize(path, garment.rest));
-  return garment;
+  return IsMeshName(path) ? GarmentFromMesh(path, unit_mm) : GarmentFromTemplate(path);
 }
-
-absl::Status CheckGarmentFile(const std::string& path) { return GarmentFromMesh(path, 1).status(); }
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string& path,
                                                                const GarmentMesh& garment, double unit_mm) {

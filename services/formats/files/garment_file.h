@@ -20,9 +20,6 @@ bool IsMeshName(const std::string& path);
 // garment has. Errors of ParseObj, ReadPly, ReadTemplate.
 absl::StatusOr<GarmentMesh> ReadGarmentMesh(const std::string& path, double unit_mm = 1);
 
-// Whether it is such a mesh, in whatever unit. Errors of ReadGarmentMesh but for its size.
-absl::Status CheckGarmentFile(const std::string& path);
-
 // Where the vertices of the same mesh are at another moment, in mm. InvalidArgument: the file has other
 // vertices or faces than `garment`.
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string& path,

@@ -43,13 +43,19 @@ absl::Status ReadContent(v1::ItemKind kind, const std::string& path) {
   }
 }
 
-// Each of them by itself: whether they are frames of one mesh, whoever plays them sees.
+// Frames of one mesh in mm, as an import reads them.
 absl::Status CheckGarmentFiles(const v1::ItemManifest& manifest, const std::string& folder) {
+  GarmentMesh first;
   for (const v1::ItemFile& file : manifest.files()) {
     if (!IsMeshName(file.path()))
       return absl::InvalidArgumentError(absl::StrCat(
           "manifest.files: ", file.path(), " is neither .obj nor .ply; a garment is such files alone"));
-    WEFT_RETURN_IF_ERROR(CheckGarmentFile(absl::StrCat(folder, "/", file.path())));
+    const std::string path = absl::StrCat(folder, "/", file.path());
+    if (first.rest.faces.empty()) {
+      WEFT_ASSIGN_OR_RETURN(first, ReadGarmentMesh(path));
+    } else {
+      WEFT_RETURN_IF_ERROR(ReadGarmentMoment(path, first).status());
+    }
   }
   return absl::OkStatus();
 }

@@ -187,12 +187,18 @@ TEST(InputPathOf, IsTheFileOfWhatIsOne) {
 }
 
 TEST_F(ItemContent, OfAGarmentIsEachOfItsMeshes) {
-  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const std::string obj = "v 0 0 0\nv 100 0 0\nv 0 100 0\nf 1 2 3\n";
   WriteBytes(folder_ / "walk/0001.obj", obj);
   WriteBytes(folder_ / "walk/0002.obj", obj);
   EXPECT_TRUE(Check(v1::ITEM_KIND_GARMENT, "walk").ok()) << Check(v1::ITEM_KIND_GARMENT, "walk");
   WriteBytes(folder_ / "walk/0002.obj", "no mesh");
   EXPECT_THAT(Refusal(v1::ITEM_KIND_GARMENT, "walk"), HasSubstr("0002.obj"));
+  WriteBytes(folder_ / "walk/0002.obj", "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 1 1 1\nf 1 2 3\nf 1 4 2\n");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_GARMENT, "walk"),
+              HasSubstr("0002.obj: has other vertices or faces than 0001"));
+  WriteBytes(folder_ / "metres/0001.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_GARMENT, "metres"),
+              HasSubstr("0001.obj: the garment is 0.1414 mm across"));
   v1::ItemManifest manifest;
   manifest.add_files()->set_path("notes.txt");
   EXPECT_THAT(std::string(CheckItemContent(v1::ITEM_KIND_GARMENT, manifest, folder_.path()).message()),
