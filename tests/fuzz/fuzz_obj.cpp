@@ -48,5 +48,6 @@ std::vector<std::string> weft::FuzzSeeds() {
       "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.5 0\nv 0 2 0\nvt 0 0\nvt 1 0\nf 1/1 2/2 3/1 4/-1 5/-2\n",
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 1/0/1 1 2 0.5\nvw 0 0.5\n",
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nvw 0 1e46 0.5\r vw 0 1e46 0.5\nf 1 2 3\n",  // a joint beyond int
+      "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1\\\r\n 2 \\\n\\\n3\\",
   };
 }

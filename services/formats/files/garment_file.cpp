@@ -53,7 +53,7 @@ absl::StatusOr<bool> HasTexture(const std::string& path, const ObjMesh& obj) {
     }
   if (with == 0 || with == corners) return with > 0;
   return absl::InvalidArgumentError(
-      absl::StrCat(path, ": face ", first_without,
+      absl::StrCat(path, ": face ", first_without + 1,
                    " has no texture coordinates (vt), and other faces have some; unwrap the whole mesh (in "
                    "Blender: UV, Unwrap) and export it with UVs"));
 }
@@ -127,7 +127,7 @@ absl::StatusOr<GarmentMesh> GarmentFromMesh(const std::string& path, double unit
     return garment;
   }
   return absl::Status(status.code(), absl::StrCat(path, ": ", status.message(),
-                                                  " (faces are counted as triangles); repair the "
+                                                  " (triangles and vertices are counted from 0); repair the "
                                                   "mesh (in Blender: Select All by Trait, Non "
                                                   "Manifold; Merge by Distance) and export it again"));
 }

@@ -47,20 +47,27 @@ absl::Status CheckNumbers(absl::string_view statement, size_t least, size_t most
 }
 
 // The text with all statements emptied that no mesh needs: tinyobj converts numbers of some, such as skin
-// weights, without a check. Line numbers stay.
+// weights, without a check. A backslash at its end continues a line. Line numbers stay.
 absl::StatusOr<std::string> StatementsOfMesh(std::string_view text, const std::string& source_name) {
-  const std::string lines = absl::StrReplaceAll({text.data(), text.size()}, {{"\r\n", "\n"}, {"\r", "\n"}});
-  std::string kept;
+  std::string lines = absl::StrReplaceAll({text.data(), text.size()}, {{"\r\n", "\n"}, {"\r", "\n"}});
+  lines += '\n';
+  std::string kept, line;
   kept.reserve(lines.size() + 1);
-  int line_number = 0;
-  for (const absl::string_view line : absl::StrSplit(lines, '\n')) {
-    ++line_number;
+  int line_number = 1, continued = 0;
+  for (const absl::string_view part : absl::StrSplit(lines, '\n')) {
+    absl::StrAppend(&line, part);
     const absl::string_view statement = absl::StripLeadingAsciiWhitespace(line);
-    const absl::string_view keyword = statement.substr(0, statement.find_first_of(" \t"));
+    const absl::string_view keyword = statement.substr(0, statement.find_first_of(" \t\\"));
+    const bool is_kept = keyword == "v" || keyword == "vt" || keyword == "vn" || keyword == "f";
+    if (is_kept && line.back() == '\\') {
+      line.back() = ' ', ++continued;
+      continue;
+    }
     if (keyword == "v") WEFT_RETURN_IF_ERROR(CheckNumbers(statement, 3, 3, line_number, source_name));
     if (keyword == "vt") WEFT_RETURN_IF_ERROR(CheckNumbers(statement, 1, 2, line_number, source_name));
-    if (keyword == "v" || keyword == "vt" || keyword == "vn" || keyword == "f") absl::StrAppend(&kept, line);
-    kept += '\n';
+    if (is_kept) kept += line;
+    kept.append(static_cast<size_t>(continued) + 1, '\n');
+    line_number += continued + 1, continued = 0, line.clear();
   }
   return kept;
 }
@@ -77,12 +84,12 @@ absl::Status AddPolygons(const tinyobj::mesh_t& from, const std::string& source_
         return index < 0 || static_cast<size_t>(index) >= count;
       };
       if (outside(corner.vertex, mesh->vertices.size()))
-        return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", face, " names vertex ",
+        return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", face + 1, " names vertex ",
                                                        corner.vertex + 1, ", the file has ",
                                                        mesh->vertices.size(), " vertices"));
       if (corner.texture != -1 && outside(corner.texture, mesh->texture.size()))
         return absl::InvalidArgumentError(
-            absl::StrCat(source_name, ": face ", face, " names texture coordinate ", corner.texture + 1,
+            absl::StrCat(source_name, ": face ", face + 1, " names texture coordinate ", corner.texture + 1,
                          ", the file has ", mesh->texture.size(), " vt lines; export the mesh again"));
       polygon.push_back(corner);
     }
@@ -133,7 +140,7 @@ absl::StatusOr<TriangleMesh> MeshFromObj(std::string_view text, const std::strin
   mesh.vertices_mm = std::move(read.vertices);
   for (const std::vector<ObjCorner>& polygon : read.polygons) {
     if (polygon.size() != 3)
-      return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", mesh.faces.size(), " has ",
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": face ", mesh.faces.size() + 1, " has ",
                                                      polygon.size(), " corners; triangulate the mesh first"));
     mesh.faces.push_back({polygon[0].vertex, polygon[1].vertex, polygon[2].vertex});
   }

@@ -27,7 +27,8 @@ struct ObjMesh {
 
 // Normals and materials are not used. InvalidArgument names the file and what is wrong, a number also by its
 // line: no vertices or faces, numbers that are none or not finite, a face with too few or too many corners,
-// an index outside. Unimplemented where this build has no reader.
+// an index outside. Faces are counted from 1, as vertices are in the file. Unimplemented where this build has
+// no reader.
 absl::StatusOr<ObjMesh> ParseObj(std::string_view text, const std::string& source_name);
 
 // The same without texture, where all faces are triangles. Errors of ParseObj, and InvalidArgument for a

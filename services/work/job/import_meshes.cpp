@@ -18,6 +18,7 @@
 #include "services/formats/files/garment_file.h"
 #include "services/formats/files/json_file.h"
 #include "services/formats/files/mesh_file.h"
+#include "services/formats/files/obj_file.h"
 #include "services/work/pipeline/frame_folder.h"
 #include "weft/v1/job.pb.h"
 
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr char kImportedId[] = "import";  // of results that no job computed
 constexpr char kGarmentFile[] = "garment.ply";
-// mesh.ply holds numbers of 32 bits, which are 1/128 mm apart this far from the origin.
+// Exports hold numbers of 32 bits, which are 1/128 mm apart this far from the origin.
 constexpr double kFarthest_mm = 100'000;
 
 std::string AbsolutePath(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
@@ -66,7 +67,8 @@ absl::Status CheckReach(const std::string& path, const std::vector<Eigen::Vector
       return absl::InvalidArgumentError(
           absl::StrFormat("%s: vertex %d is %.0f m from the origin, where results of 32 bits are coarse; "
                           "move the mesh nearer than %.0f m, or give its unit with --unit",
-                          path, v, vertices_mm[v].cwiseAbs().maxCoeff() / 1000, kFarthest_mm / 1000));
+                          path, v + (IsObjName(path) ? 1 : 0), vertices_mm[v].cwiseAbs().maxCoeff() / 1000,
+                          kFarthest_mm / 1000));
   return absl::OkStatus();
 }
 

@@ -108,7 +108,7 @@ TEST_F(GarmentFile, TextureMayBeMissingAltogether) {
 
 TEST_F(GarmentFile, NamesWhatIsWrongAndTheRemedy) {
   EXPECT_THAT(ErrorAfter("f 4/5/1 3/6/1 5/7/1", "f 4 3 5"),
-              AllOf(HasSubstr("face 1 has no texture coordinates (vt)"), HasSubstr("unwrap")));
+              AllOf(HasSubstr("face 2 has no texture coordinates (vt)"), HasSubstr("unwrap")));
   EXPECT_THAT(ErrorAfter("v 0.050000", "v nan"),
               AllOf(HasSubstr("shirt.obj:9: v needs 3 finite numbers, it has \"nan\""), HasSubstr("export")));
   EXPECT_THAT(ErrorAfter("v 0.050000", "v 0,05"), HasSubstr("it has \"0,05\""));

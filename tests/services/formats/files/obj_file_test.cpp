@@ -35,9 +35,9 @@ TEST(MeshFromObj, ReadsTheLineEndsOfAllSystems) {
 TEST(MeshFromObj, NamesTheFaceThatIsWrong) {
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
   EXPECT_THAT(MeshFromObj(vertices + "f 1 2 3 4\n", "a.obj").status().message(),
-              HasSubstr("face 0 has 4 corners; triangulate"));
+              HasSubstr("face 1 has 4 corners; triangulate"));
   EXPECT_THAT(MeshFromObj(vertices + "f 1 2 3\nf 1 2 9\n", "a.obj").status().message(),
-              HasSubstr("face 1 names vertex 9"));
+              HasSubstr("face 2 names vertex 9"));
   EXPECT_THAT(MeshFromObj(vertices, "a.obj").status().message(), HasSubstr("no vertices or no faces"));
 }
 
@@ -49,6 +49,22 @@ TEST(ParseObj, KeepsPolygonsAndTheirTexture) {
   EXPECT_THAT(mesh->polygons[0],
               ElementsAre(ObjCorner{0, 0}, ObjCorner{1, 1}, ObjCorner{2, 1}, ObjCorner{3, 0}));
   EXPECT_THAT(mesh->texture, ElementsAre(Eigen::Vector2d(0.5, 0.25), Eigen::Vector2d(1, 0)));
+}
+
+TEST(ParseObj, ABackslashContinuesALine) {
+  const auto mesh = ParseObj(
+      "# C:\\meshes\\\nv 0 0 \\\n0\nv 1 0 0\r\nusemtl C:\\\nv 1 1 0\nvt 0 \\\r\n1\nf\\\n1/1 2/1\\\n\\\n "
+      "3/1\\",
+      "a.obj");
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_EQ(mesh->vertices.size(), 3u);
+  EXPECT_THAT(mesh->texture, ElementsAre(Eigen::Vector2d(0, 1)));
+  ASSERT_EQ(mesh->polygons.size(), 1u);
+  EXPECT_THAT(mesh->polygons[0], ElementsAre(ObjCorner{0, 0}, ObjCorner{1, 0}, ObjCorner{2, 0}));
+  EXPECT_THAT(ParseObj("v 0 \\\n0 0\nv 1\\\n0\n", "a.obj").status().message(),
+              HasSubstr("a.obj:3: v needs 3 finite numbers"));
+  EXPECT_THAT(ParseObj("v 0 0 0\nv 1 0\\\n 0\nv 0 1 0\nf 1 2 \\\n0\n", "a.obj").status().message(),
+              HasSubstr("line 5"));
 }
 
 TEST(ParseObj, RefusesFacesThatAreTooLargeOrTooSmall) {

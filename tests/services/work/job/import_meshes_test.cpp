@@ -102,12 +102,12 @@ TEST_F(MeshImportTest, RefusesWhatIsTooFarAwayFor32Bits) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(
       std::string(status.message()),
-      HasSubstr("shirt_10.obj: vertex 0 is 101 m from the origin, where results of 32 bits are coarse"));
+      HasSubstr("shirt_10.obj: vertex 1 is 101 m from the origin, where results of 32 bits are coarse"));
   WriteBytes(folder_ / "shirt_10.obj", StripObj(100));
   WriteBytes(folder_ / "rest.obj", StripObj(101));
   request_.rest = folder_ / "rest.obj";
   EXPECT_THAT(std::string(Import().status().message()),
-              HasSubstr("rest.obj: vertex 0 is 101 m from the origin"));
+              HasSubstr("rest.obj: vertex 1 is 101 m from the origin"));
 }
 
 TEST_F(MeshImportTest, LeavesTheResultOfAJobAlone) {
