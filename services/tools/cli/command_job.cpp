@@ -43,9 +43,10 @@ absl::Status ListJobs(const JobContext& context) {
   if (jobs.empty()) std::printf("no jobs at %s\n", context.client.server().c_str());
   for (const v1::Job& job : jobs) {
     const v1::FrameCounts& frames = job.frames();
-    std::printf("%s  %-9s  %5d/%d frames  %s  %s\n", job.id().c_str(), JobStateWord(job.state()),
+    const std::string priority = job.priority() == 0 ? "" : absl::StrCat("  priority ", job.priority());
+    std::printf("%s  %-9s  %5d/%d frames  %s  %s%s\n", job.id().c_str(), JobStateWord(job.state()),
                 frames.done() + frames.degraded(), frames.total(), LocalTime(job.created_unix_ns()).c_str(),
-                job.spec().dump().c_str());
+                job.spec().dump().c_str(), priority.c_str());
   }
   return absl::OkStatus();
 }
@@ -61,8 +62,9 @@ void PrintJob(const v1::Job& job) {
               job.spec().dump().c_str(), job.spec().rig().c_str(), job.inputs().rig().c_str(),
               job.spec().board().c_str(), job.inputs().board().c_str(), job.spec().garment().c_str(),
               job.inputs().garment().c_str(), job.spec().out().c_str());
-  std::printf("created   %s\nstarted   %s\nfinished  %s\n", LocalTime(job.created_unix_ns()).c_str(),
-              LocalTime(job.started_unix_ns()).c_str(), LocalTime(job.finished_unix_ns()).c_str());
+  std::printf("priority  %d\ncreated   %s\nstarted   %s\nfinished  %s\n", job.priority(),
+              LocalTime(job.created_unix_ns()).c_str(), LocalTime(job.started_unix_ns()).c_str(),
+              LocalTime(job.finished_unix_ns()).c_str());
   if (const v1::JobUsage& usage = job.usage(); usage.tasks() > 0) {
     std::printf("tasks     %d, %d of them lost; %.0f core-seconds, at most %.0f MiB, %.0f s queued\n",
                 usage.tasks(), usage.tasks_lost(), usage.core_s(), usage.peak_memory_mib(), usage.queued_s());

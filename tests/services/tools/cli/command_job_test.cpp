@@ -75,6 +75,7 @@ TEST_F(CommandJob, ListsJobs) {
     v1::Job& other = *out->add_jobs();
     other.set_id("jog-2");
     other.set_state(v1::JOB_STATE_QUEUED);
+    other.set_priority(-5);
     other.mutable_spec()->set_dump("/takes/jog");
     return grpc::Status::OK;
   };
@@ -82,7 +83,7 @@ TEST_F(CommandJob, ListsJobs) {
   ASSERT_TRUE(run.status.ok()) << run.status;
   EXPECT_EQ(run.out,
             "walk-1  running        4/10 frames  2026-01-01 00:00:00  /takes/walk\n"
-            "jog-2  queued         0/0 frames  -  /takes/jog\n");
+            "jog-2  queued         0/0 frames  -  /takes/jog  priority -5\n");
   EXPECT_EQ(run.err, "");
   v1::ListJobsResponse listed;
   ASSERT_TRUE(ParseJson(Job({"list", "--json"}).out, "jobs", listed).ok());
@@ -106,6 +107,7 @@ TEST_F(CommandJob, ShowsAJobAndItsFrames) {
   usage.set_peak_memory_mib(512);
   usage.set_queued_s(7);
   job_.set_task_logs("/logs");
+  job_.set_priority(7);
   job_.add_warnings("camera c9 has no image");
   const CommandRun run = Job({"show", "walk-1"});
   ASSERT_TRUE(run.status.ok()) << run.status;
@@ -114,7 +116,7 @@ TEST_F(CommandJob, ShowsAJobAndItsFrames) {
             "frames    4 of 10 frames registered (1 with cameras missing)\nleft      about 90 s\n"
             "dump      /takes/walk\nrig       /rig.json  1111\nboard     /board.json  2222\n"
             "template  /shirt  3333\nresults   /results/walk\n"
-            "created   2026-01-01 00:00:00\nstarted   2026-01-01 00:01:05\nfinished  -\n"
+            "priority  7\ncreated   2026-01-01 00:00:00\nstarted   2026-01-01 00:01:05\nfinished  -\n"
             "tasks     4, 1 of them lost; 360 core-seconds, at most 512 MiB, 7 s queued\nlogs      /logs\n"
             "warning   camera c9 has no image\n0007    done        50.0 % of the cells     2.0 s\n");
 }
