@@ -294,8 +294,9 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
   const auto [command, options] = AddCommand<DecodeCommandOptions>(
       app, line, DecodeImages, "decode",
       "Find the cells of a board in images and write them as observations: "
-      "image,x_px,y_px,board_row,board_col,kind,confidence. `image` is the file name without folder and "
-      "ending, or the path where names repeat; of a take or folder the camera, or <frame>/<camera>. An image "
+      "image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px. `image` is the file name without "
+      "folder and ending, or the path where names repeat; of a take or folder the camera, or "
+      "<frame>/<camera>. An image "
       "that cannot be decoded is reported and left out, with exit status 2.",
       "  weft decode dump/0000/*.jpg --board board.png --out observations.csv\n"
       "  weft decode take --frames 120 --board board.json --out observations.csv\n"

@@ -48,6 +48,7 @@ absl::Status CheckOut(const CLI::App& command, bool is_quiet) {
   const CLI::Option* out = command.get_option_no_throw("--out");
   if (out == nullptr || out->count() == 0) return absl::OkStatus();
   const std::string path = out->as<std::string>();
+  if (path.empty()) return absl::InvalidArgumentError("--out is empty; name where to write");
   const CLI::App* group = command.get_parent();
   const bool is_file = out->get_type_name() == "FILE";
   if (is_file || (group != nullptr && for_good.contains(group->get_name()))) return CheckParentFolder(path);

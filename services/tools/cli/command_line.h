@@ -33,7 +33,7 @@ std::string WithoutHugeNumbers(const std::string& parse_error);
 // NaN and infinity where the option takes a number.
 absl::Status CheckFinite(const CLI::App& command);
 
-// Where the folder in which --out is to be made is not there, as in a misspelt path: NotFound for files, and
+// InvalidArgument: --out "". Where the folder in which it is to be made is missing: NotFound for files, and
 // for takes, boards, templates, rigs and data sets; else a warning, since the command makes it.
 absl::Status CheckOut(const CLI::App& command, bool is_quiet);
 

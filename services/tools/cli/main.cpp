@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -56,8 +57,12 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);  // --help
   const CLI::App& command = NamedCommand(app);
   std::string what = error.what();
-  const std::vector<std::string> unknown = app.remaining(true);
-  if (command.get_require_subcommand_min() > 0 && unknown.empty()) {
+  static const std::regex too_often(": At Most 1 required but received ([0-9]+)");
+  const bool is_too_often = std::regex_search(what, too_often);
+  const std::vector<std::string> unknown = is_too_often ? std::vector<std::string>() : app.remaining(true);
+  if (is_too_often) {
+    what = std::regex_replace(what, too_often, " is given $1 times; give it once");
+  } else if (command.get_require_subcommand_min() > 0 && unknown.empty()) {
     what = "a command is missing";
   } else if (!unknown.empty()) {
     const std::string word = unknown.front().substr(0, unknown.front().find('='));

@@ -61,6 +61,8 @@ TEST(CommandLineParts, TakeUnitsOfLength) {
   EXPECT_EQ(unit(value), "\"mile\" is none of mm, cm, m, in, ft");
 }
 
+constexpr char kNotGiven[] = "not given";
+
 // Parses `weft GROUP make --out PATH`, whose --out has this type.
 absl::Status OutOf(const std::string& group, const std::string& type, const std::string& path, bool is_quiet,
                    std::string* warned = nullptr) {
@@ -69,7 +71,7 @@ absl::Status OutOf(const std::string& group, const std::string& type, const std:
   CLI::App* command = AddCommand(*AddGroup(app, group, "A group."), "make", "Makes it.", "  weft make");
   AddOption(*command, "--out " + type, out, "Where to");
   std::vector<std::string> words = {group, "make"};
-  if (!path.empty()) words.insert(words.end(), {"--out", path});
+  if (path != kNotGiven) words.insert(words.end(), {"--out", path});
   std::reverse(words.begin(), words.end());
   app.parse(words);
   ::testing::internal::CaptureStderr();
@@ -85,7 +87,7 @@ TEST(CommandLineParts, LookForTheFolderOfWhatCannotBeMadeAgain) {
   for (const char* group : {"take", "pattern", "template", "rig", "dataset"}) {
     EXPECT_TRUE(absl::IsNotFound(OutOf(group, "DIR", misspelt, false))) << group;
     EXPECT_TRUE(OutOf(group, "DIR", folder / "take", false).ok()) << group;
-    EXPECT_TRUE(OutOf(group, "DIR", "", false).ok()) << group;
+    EXPECT_TRUE(OutOf(group, "DIR", kNotGiven, false).ok()) << group;
   }
   std::string warned;
   EXPECT_TRUE(absl::IsNotFound(OutOf("export", "FILE", misspelt, false)));
@@ -96,6 +98,12 @@ TEST(CommandLineParts, LookForTheFolderOfWhatCannotBeMadeAgain) {
   EXPECT_EQ(warned, "");
   EXPECT_TRUE(OutOf("export", "DIR", folder / "out", false, &warned).ok());
   EXPECT_EQ(warned, "");
+}
+
+TEST(CommandLineParts, AnEmptyPlaceToWriteToIsRefused) {
+  const absl::Status status = OutOf("export", "DIR", "", false);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), testing::StartsWith("--out is empty; name where to write"));
 }
 
 TEST(CommandLineParts, AGroupNeedsACommandAndDefaultsAreShown) {

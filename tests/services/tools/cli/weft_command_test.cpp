@@ -68,9 +68,17 @@ TEST(WeftCommand, BadArgumentsEndWithStatus2AndPointToTheHelp) {
   const WeftRun option = RunWeft({"rig", "import", "--krt", "KRT", "--width", "3"});
   EXPECT_EQ(option.status, 2);
   EXPECT_THAT(option.err, HasSubstr("weft rig import --help"));
+  const WeftRun twice = RunWeft({"garment", "check", "a.obj", "--unit", "m", "--unit", "cm", "--"});
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_THAT(twice.err,
+              StartsWith("weft: error: --unit is given 2 times; give it once\nRun `weft garment check"));
   EXPECT_EQ(RunWeft({"rig"}).status, 2);
   EXPECT_EQ(RunWeft({"decode", "a.png"}).status, 2);
   EXPECT_EQ(RunWeft({"pattern", "generate", "--rows", "many", "--cols", "9", "--out", "x"}).status, 2);
+}
+
+TEST(WeftCommand, TheHelpOfDecodingNamesEachColumn) {
+  EXPECT_THAT(RunWeft({"decode", "--help"}).out, HasSubstr("board_col,kind,confidence,sigma_px."));
 }
 
 TEST(WeftCommand, VersionIsPrinted) {
