@@ -25,8 +25,6 @@ namespace {
 
 absl::Status CheckGiven(const v1::RegistrationSpec& spec) {
   WEFT_RETURN_IF_ERROR(CheckInputsGiven(spec));
-  if (spec.driving().avatar().empty())
-    return absl::InvalidArgumentError("the field spec.driving.avatar is empty: name an avatar");
   if (spec.out().empty())
     return absl::InvalidArgumentError("the field spec.out is empty: name a folder for results");
   if (!(spec.driving().fps() >= 0) || !std::isfinite(spec.driving().fps()))

@@ -48,8 +48,6 @@ class Driving : public Work {
 
 std::optional<SpecFault> DriveKind::FaultOf(const v1::RegistrationSpec& spec) const {
   const v1::DrivingSpec& driving = spec.driving();
-  if (driving.avatar().empty())
-    return SpecFault{"spec.driving.avatar", "must not be empty", "name the folder of an avatar"};
   if (driving.cameras_size() > kMostCameras)
     return SpecFault{"spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
                      absl::StrCat("at most ", kMostCameras, " are allowed")};

@@ -60,7 +60,6 @@ std::vector<JobInput> InputsOf(const v1::RegistrationSpec& spec) {
       continue;
     }
     input.path = PathOf(spec, input);
-    if (info.item() == v1::ITEM_KIND_AVATAR && input.path.empty()) continue;
     inputs.push_back(std::move(input));
   }
   return inputs;

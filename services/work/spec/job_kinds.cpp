@@ -21,7 +21,7 @@ start: WORK_START_JOB_FIELDS out: WORK_OUT_NAMED
 inputs { name: "rig" label: "the rig" item: ITEM_KIND_RIG is_required: true field: "rig" }
 inputs { name: "board" label: "the board" item: ITEM_KIND_BOARD is_required: true field: "board" }
 inputs { name: "template" label: "the template" item: ITEM_KIND_TEMPLATE is_required: true field: "garment" }
-inputs { name: "avatar" label: "the avatar" item: ITEM_KIND_AVATAR field: "driving.avatar" }
+inputs { name: "avatar" label: "the avatar" item: ITEM_KIND_AVATAR is_required: true field: "driving.avatar" }
 inputs { name: "scans" label: "the scans" field: "options.scans" }
 inputs { name: "start-from" label: "the starts" field: "options.starts" }
 inputs { name: "dump" label: "the take" item: ITEM_KIND_DUMP is_required: true is_positional: true field: "dump" }

@@ -49,8 +49,6 @@ TEST(WorkKind, FindsFaultsOfItsOwnFields) {
     return fault ? fault->field : "";
   };
   v1::RegistrationSpec spec = WithAvatar();
-  spec.mutable_driving()->clear_avatar();
-  EXPECT_EQ(field_of(spec), "spec.driving.avatar");
   for (const double fps : {-1.0, std::nan(""), double{INFINITY}}) {
     spec = WithAvatar();
     spec.mutable_driving()->set_fps(fps);
@@ -93,6 +91,10 @@ TEST(ListInputs, NamesWhatIsMissing) {
     spec.clear_board();
     EXPECT_THAT(std::string(ListInputs(spec).status().message()), HasSubstr("spec.board is empty"));
   }
+  v1::RegistrationSpec without_avatar = Registering();
+  without_avatar.mutable_driving();
+  EXPECT_THAT(std::string(ListInputs(without_avatar).status().message()),
+              HasSubstr("spec.driving.avatar is empty: name the avatar"));
 }
 
 TEST(WorkKind, SaysWhatItsFramesAre) {

@@ -38,6 +38,8 @@ TEST(InputsOf, FindsEachPathThatTheSpecNames) {
   v1::RegistrationSpec without = SpecWithAll();
   without.clear_driving();
   EXPECT_EQ(InputsOf(without).size(), paths.size() - 1);
+  without.mutable_driving();
+  EXPECT_THAT(std::string(CheckInputsGiven(without).message()), HasSubstr("spec.driving.avatar is empty"));
 }
 
 TEST(InputsOf, LeavesTheSpecAsItIs) {

@@ -81,6 +81,14 @@ TEST(CheckSubmitRequest, NamesTheFieldOfWorkThatIsWrong) {
   EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.work.kind");
 }
 
+TEST(CheckSubmitRequest, DrivingNeedsAnAvatar) {
+  v1::SubmitJobRequest request = WholeRequest();
+  request.mutable_spec()->mutable_driving();
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "spec.driving.avatar");
+  request.mutable_spec()->mutable_driving()->set_avatar("/avatars/shirt");
+  EXPECT_EQ(FieldOf(CheckSubmitRequest(request)), "");
+}
+
 TEST(CheckSubmitRequest, TakesRangesThatHoldAFrameAndNoneOfLiveJobs) {
   v1::SubmitJobRequest request = WholeRequest();
   v1::RegistrationSpec& spec = *request.mutable_spec();
