@@ -211,8 +211,12 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
              const std::string& value) -> absl::StatusOr<std::string> {
     absl::string_view id = value;
     if (absl::ConsumePrefix(&id, kJobPrefix)) {
-      const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
-      return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
+      WEFT_ASSIGN_OR_RETURN(const v1::Job job, parts.queue->Get(std::string(id)));
+      if (job.state() == v1::JOB_STATE_QUEUED && job.frames().done() + job.frames().degraded() == 0)
+        return FieldError(absl::StatusCode::kFailedPrecondition,
+                          {field, absl::StrCat(value, ": is queued, so it has no results yet"),
+                           absl::StrCat("wait for its end, `weft job watch ", std::string(id), "`")});
+      return job.spec().out();
     }
     if (absl::StartsWith(value, kLibraryPrefix)) {
       WEFT_ASSIGN_OR_RETURN(

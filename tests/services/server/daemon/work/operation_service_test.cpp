@@ -199,6 +199,18 @@ TEST_F(OperationServiceTest, ReadWhatTheirInputsName) {
   }
 }
 
+TEST_F(OperationServiceTest, AQueuedJobHasNothingToRead) {
+  StartDaemon();
+  Submit({"hang"}, "one");
+  const std::string queued = Submit({"a"}, "two");
+  const absl::Status status =
+      OperationClient(*client_).Start(Request("take verify", "job:" + queued)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(status.message(),
+            "spec.inputs.take: job:" + queued +
+                ": is queued, so it has no results yet; wait for its end, `weft job watch " + queued + "`");
+}
+
 // What an operation reads stays, and what it makes becomes a take of the daemon.
 TEST_F(OperationServiceTest, KeepTheirInputsAndMakeTakes) {
   PatternFrames frames({"left"}, 64, 48);
