@@ -81,7 +81,7 @@ absl::StatusOr<double> BvhText::Number(std::string_view what) {
     return Error(absl::StrCat("ends where ", std::string(what), " is expected; was the file truncated?"));
   const std::string_view word = Peek();
   std::string_view digits = word;
-  if (digits.starts_with('+')) digits.remove_prefix(1);  // from_chars takes none
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);  // from_chars takes none
   double out = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), out);
   const std::string shown(word.substr(0, 40));
@@ -90,7 +90,7 @@ absl::StatusOr<double> BvhText::Number(std::string_view what) {
         absl::StrCat("\"", shown, "\" has a comma; numbers have a decimal point and blanks between them"));
   // Numbers too small for a double are zero.
   if (error == std::errc::result_out_of_range && end == digits.data() + digits.size() &&
-      digits.find("e-") != std::string_view::npos)
+      LowerCase(digits).find("e-") != std::string::npos)
     out = 0;
   else if (error != std::errc() || end != digits.data() + digits.size())
     return Error(absl::StrCat("\"", shown, "\" is no number, expected ", std::string(what)));

@@ -36,8 +36,8 @@ TEST(BvhText, NamesMayHaveBlanks) {
 }
 
 TEST(BvhText, NumbersAreFiniteAndHaveAPoint) {
-  BvhText text("+1.5 -2e3 1e-999");
-  for (const double expected : {1.5, -2000.0, 0.0}) {
+  BvhText text("+1.5 -2e3 1e-999 1E-999");
+  for (const double expected : {1.5, -2000.0, 0.0, 0.0}) {
     const auto number = text.Number("an angle");
     ASSERT_TRUE(number.ok()) << number.status();
     EXPECT_EQ(*number, expected);
@@ -46,6 +46,8 @@ TEST(BvhText, NumbersAreFiniteAndHaveAPoint) {
   EXPECT_THAT(std::string(BvhText("1,5").Number("an angle").status().message()), HasSubstr("has a comma"));
   EXPECT_THAT(BvhText("1.5x").Number("an angle").status().message(),
               HasSubstr("is no number, expected an angle"));
+  for (const char* signs : {"+-5", "-+5", "++5", "--5"})
+    EXPECT_FALSE(BvhText(signs).Number("an angle").ok()) << signs;
   EXPECT_THAT(BvhText("\n\ninf").Number("an angle").status().message(),
               HasSubstr("line 3: \"inf\" is no finite"));
 }
