@@ -153,4 +153,28 @@ absl::StatusOr<Answer> CallForPages(const RegistrationClient& connection, Stub& 
   }
 }
 
+// The client's side of a service, v1::Takes. Errors as those of RegistrationClient. Thread safety: any thread
+// may call any function. `connection` must outlive it.
+template <typename Service>
+class ServiceClient {
+ public:
+  explicit ServiceClient(const RegistrationClient& connection)
+      : connection_(connection), stub_(Service::NewStub(connection.channel())) {}
+
+ protected:
+  using Stub = typename Service::Stub;
+
+  template <typename Request, typename Answer>
+  absl::StatusOr<Answer> Call(DaemonMethod<Stub, Request, Answer> method, const Request& request) const {
+    return CallDaemon(connection_, *stub_, method, request);
+  }
+  template <typename Request, typename Answer>
+  absl::StatusOr<Answer> CallNaming(DaemonMethod<Stub, Request, Answer> method, const std::string& id) const {
+    return CallDaemon(connection_, *stub_, method, RequestNaming<Request>(id));
+  }
+
+  const RegistrationClient& connection_;
+  const std::unique_ptr<Stub> stub_;
+};
+
 }  // namespace weft

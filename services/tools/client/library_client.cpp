@@ -13,7 +13,6 @@
 #include "capture/file/posix_file.h"
 #include "services/formats/files/atomic_file.h"
 #include "services/server/rpc/retry_after.h"
-#include "services/tools/client/daemon_call.h"
 #include "services/work/items/item_path.h"
 #include "services/work/items/manifest.h"
 #include "services/work/items/sha256.h"

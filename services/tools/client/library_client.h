@@ -2,25 +2,20 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "services/tools/client/registration_client.h"
+#include "services/tools/client/daemon_call.h"
 #include "services/work/items/item_files.h"
 #include "weft/v1/library.grpc.pb.h"
 
 namespace weft {
 
-// Errors keep the daemon's category and message. Thread safety: any thread may call any function.
-class LibraryClient {
+class LibraryClient : public ServiceClient<v1::Library> {
  public:
   using ProgressFunction = std::function<void(uint64_t done_bytes, uint64_t all_bytes)>;
-
-  // The connection must outlive it.
-  explicit LibraryClient(const RegistrationClient& connection)
-      : connection_(connection), stub_(v1::Library::NewStub(connection.channel())) {}
+  using ServiceClient::ServiceClient;
 
   // Content that the daemon has already is not sent again, nor what arrived of an earlier upload of the same
   // files. A broken transfer goes on by itself, with pauses; Unavailable: nothing more arrives. DataLoss: the
@@ -45,9 +40,6 @@ class LibraryClient {
   absl::Status SendFiles(const v1::BeginUploadResponse& begun, const LocalItem& files, Attempt* attempt);
   absl::Status FetchOne(const v1::FetchFileRequest& request, const v1::ItemFile& file,
                         const std::string& path);
-
-  const RegistrationClient& connection_;
-  const std::unique_ptr<v1::Library::Stub> stub_;
 };
 
 }  // namespace weft

@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
-#include "services/tools/client/daemon_call.h"
 #include "services/tools/client/file_transfer.h"
 
 namespace weft {
@@ -26,39 +25,11 @@ bool StaysBelow(const fs::path& path) {
 
 }  // namespace
 
-absl::StatusOr<v1::Operation> OperationClient::Start(const v1::StartOperationRequest& request) {
-  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::StartOperation, request);
-}
-
-absl::StatusOr<v1::ListOperationsResponse> OperationClient::List(int limit) {
-  return CallForPages(connection_, *stub_, &v1::Operations::Stub::ListOperations, v1::ListOperationsRequest(),
-                      limit, &v1::ListOperationsResponse::operations_size);
-}
-
-absl::StatusOr<v1::Operation> OperationClient::Delete(const std::string& id) {
-  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::DeleteOperation,
-                    RequestNaming<v1::DeleteOperationRequest>(id));
-}
-
-absl::StatusOr<v1::Operation> OperationClient::Cancel(const std::string& id) {
-  return CallDaemon(connection_, *stub_, &v1::Operations::Stub::CancelOperation,
-                    RequestNaming<v1::CancelOperationRequest>(id));
-}
-
-absl::StatusOr<v1::Operation> OperationClient::Watch(const std::string& id,
-                                                     const std::function<void(const v1::Operation&)>& update,
-                                                     std::stop_token stop) {
-  return WatchToEnd(connection_, *stub_, &v1::Operations::Stub::WatchOperation,
-                    RequestNaming<v1::WatchOperationRequest>(id), stop, update,
-                    absl::StrCat("operation ", id));
-}
-
 absl::Status OperationClient::FetchFiles(const std::string& id, const std::string& folder,
                                          const std::function<void(size_t done, size_t total)>& progress) {
-  WEFT_ASSIGN_OR_RETURN(const auto list,
-                        CallForPages(connection_, *stub_, &v1::Operations::Stub::ListOperationFiles,
-                                     RequestNaming<v1::ListOperationFilesRequest>(id), 0,
-                                     &v1::ListOperationFilesResponse::files_size));
+  WEFT_ASSIGN_OR_RETURN(const auto list, CallForPages(connection_, *stub_, &Stub::ListOperationFiles,
+                                                      RequestNaming<v1::ListOperationFilesRequest>(id), 0,
+                                                      &v1::ListOperationFilesResponse::files_size));
   size_t done = 0;
   for (const v1::OperationFile& file : list.files()) {
     if (!StaysBelow(file.path())) {

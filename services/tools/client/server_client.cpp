@@ -5,8 +5,6 @@
 #include <chrono>
 #include <thread>
 
-#include "services/tools/client/daemon_call.h"
-
 namespace weft {
 
 absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
@@ -25,12 +23,6 @@ absl::Status ServerClient::DrainUntilItStops(const v1::DrainRequest& request,
     progress(state);
     std::this_thread::sleep_for(kPeriod);
   }
-}
-
-absl::StatusOr<v1::RetentionRehearsal> ServerClient::RehearseRetention(
-    const v1::RehearseRetentionRequest& request) {
-  return CallDaemonOnce(connection_, *stub_, &v1::Server::Stub::RehearseRetention, request,
-                        std::chrono::seconds(60));
 }
 
 }  // namespace weft

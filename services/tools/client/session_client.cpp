@@ -6,28 +6,8 @@
 #include <condition_variable>
 
 #include "base/mutex.h"
-#include "services/tools/client/daemon_call.h"
 
 namespace weft {
-
-absl::StatusOr<v1::CaptureSession> SessionClient::Open(const v1::OpenSessionRequest& request) {
-  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::OpenSession, request);
-}
-
-absl::StatusOr<v1::CaptureSession> SessionClient::Renew(const std::string& lease) {
-  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::RenewSession,
-                    RequestNaming<v1::RenewSessionRequest>(lease));
-}
-
-absl::StatusOr<v1::CaptureSession> SessionClient::Close(const std::string& lease) {
-  return CallDaemon(connection_, *stub_, &v1::Sessions::Stub::CloseSession,
-                    RequestNaming<v1::CloseSessionRequest>(lease));
-}
-
-absl::StatusOr<v1::ListSessionsResponse> SessionClient::List(int limit) {
-  return CallForPages(connection_, *stub_, &v1::Sessions::Stub::ListSessions, v1::ListSessionsRequest(),
-                      limit, &v1::ListSessionsResponse::sessions_size);
-}
 
 absl::Status SessionClient::Hold(const v1::CaptureSession& session, const std::string& lease,
                                  const std::stop_token& stop) {

@@ -1,36 +1,31 @@
 // The client's side of the capture sessions of weftd.
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <stop_token>
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "services/tools/client/registration_client.h"
+#include "services/tools/client/daemon_call.h"
 #include "weft/v1/sessions.grpc.pb.h"
 
 namespace weft {
 
-// Errors as those of RegistrationClient. Thread safety: any thread may call any function. `connection` must
-// outlive it.
-class SessionClient {
+class SessionClient : public ServiceClient<v1::Sessions> {
  public:
-  explicit SessionClient(const RegistrationClient& connection)
-      : connection_(connection), stub_(v1::Sessions::NewStub(connection.channel())) {}
+  using Session = absl::StatusOr<v1::CaptureSession>;
+  using ServiceClient::ServiceClient;
 
   // The request needs an idempotency key.
-  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& request);
-  absl::StatusOr<v1::CaptureSession> Renew(const std::string& lease);
-  absl::StatusOr<v1::CaptureSession> Close(const std::string& lease);
-  absl::StatusOr<v1::ListSessionsResponse> List(int limit);
+  Session Open(const v1::OpenSessionRequest& request) { return Call(&Stub::OpenSession, request); }
+  Session Renew(const std::string& lease) { return CallNaming(&Stub::RenewSession, lease); }
+  Session Close(const std::string& lease) { return CallNaming(&Stub::CloseSession, lease); }
+  absl::StatusOr<v1::ListSessionsResponse> List(int limit) {
+    return CallForPages(connection_, *stub_, &Stub::ListSessions, v1::ListSessionsRequest(), limit,
+                        &v1::ListSessionsResponse::sessions_size);
+  }
   // Renews the lease, three times in its length, until `stop`: Ok. A daemon that is away for less than the
   // lease costs nothing. Otherwise the error that ended the session.
   absl::Status Hold(const v1::CaptureSession& session, const std::string& lease, const std::stop_token& stop);
-
- private:
-  const RegistrationClient& connection_;
-  const std::unique_ptr<v1::Sessions::Stub> stub_;
 };
 
 }  // namespace weft
