@@ -26,7 +26,8 @@ struct ComparisonRequest {
   absl::Status Validate() const;
 };
 
-enum class ComparisonOutcome { kNotTested, kNoDifference, kABetter, kBBetter, kALower, kAHigher };
+// Numbers of v1::ComparisonOutcome.
+enum class ComparisonOutcome { kNotTested = 1, kNoDifference, kABetter, kBBetter, kALower, kAHigher };
 
 // One measure over the frames in which both results have it.
 struct ComparedMeasure {

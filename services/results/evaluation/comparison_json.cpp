@@ -1,30 +1,11 @@
 // A comparison as weft.v1.Comparison.
 
-#include "services/formats/files/json_file.h"
 #include "services/results/evaluation/comparison_text.h"
 #include "services/results/evaluation/evaluation_text.h"
 #include "weft/v1/comparison.pb.h"
 
 namespace weft {
 namespace {
-
-v1::ComparisonOutcome OutcomeToProto(ComparisonOutcome outcome) {
-  switch (outcome) {
-    case ComparisonOutcome::kNotTested:
-      return v1::COMPARISON_OUTCOME_NOT_TESTED;
-    case ComparisonOutcome::kNoDifference:
-      return v1::COMPARISON_OUTCOME_NO_DIFFERENCE;
-    case ComparisonOutcome::kABetter:
-      return v1::COMPARISON_OUTCOME_A_BETTER;
-    case ComparisonOutcome::kBBetter:
-      return v1::COMPARISON_OUTCOME_B_BETTER;
-    case ComparisonOutcome::kALower:
-      return v1::COMPARISON_OUTCOME_A_LOWER;
-    case ComparisonOutcome::kAHigher:
-      return v1::COMPARISON_OUTCOME_A_HIGHER;
-  }
-  return v1::COMPARISON_OUTCOME_UNSPECIFIED;
-}
 
 v1::ComparedMeasure MeasureToProto(const ComparedMeasure& compared) {
   v1::ComparedMeasure out;
@@ -35,7 +16,7 @@ v1::ComparedMeasure MeasureToProto(const ComparedMeasure& compared) {
   out.set_a(compared.a);
   out.set_b(compared.b);
   out.set_difference(compared.a - compared.b);
-  out.set_outcome(OutcomeToProto(compared.outcome));
+  out.set_outcome(static_cast<v1::ComparisonOutcome>(compared.outcome));
   if (!compared.test) return out;
   out.set_standard_error(compared.test->standard_error);
   out.set_degrees_of_freedom(static_cast<uint32_t>(compared.test->degrees_of_freedom));
@@ -86,10 +67,6 @@ v1::Comparison ComparisonMessage(const JobComparison& comparison) {
   out.set_truth(comparison.a.truth);
   out.set_frames_per_s(comparison.a.fps);
   return out;
-}
-
-absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison) {
-  return ToJson(ComparisonMessage(comparison));
 }
 
 }  // namespace weft

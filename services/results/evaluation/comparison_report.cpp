@@ -5,6 +5,7 @@
 
 #include "base/status_macros.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
 #include "services/results/evaluation/comparison_sequence.h"
 #include "services/results/evaluation/comparison_text.h"
 #include "services/results/evaluation/evaluation_text.h"
@@ -58,7 +59,7 @@ std::string MakeComparisonReport(const JobComparison& comparison, const v1::Page
 }
 
 absl::Status WriteComparison(const std::string& folder, const JobComparison& comparison) {
-  WEFT_ASSIGN_OR_RETURN(const std::string json, ComparisonJson(comparison));
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(ComparisonMessage(comparison)));
   absl::Status status = CreateFolders(folder);
   const auto write = [&](const fs::path& name, const std::string& text) {
     if (text.empty() || !status.ok()) return;

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "absl/status/statusor.h"
 #include "services/results/evaluation/compare_jobs.h"
 #include "weft/v1/comparison.pb.h"
 
@@ -19,8 +18,6 @@ std::string ProbabilityText(double p);
 // Both results, what differs in their jobs, a line per measure, the meshes' distance, remarks.
 std::string ComparisonTable(const JobComparison& comparison);
 v1::Comparison ComparisonMessage(const JobComparison& comparison);
-// The same as JSON.
-absl::StatusOr<std::string> ComparisonJson(const JobComparison& comparison);
 
 // A line per measure.
 std::string ComparisonCsv(const JobComparison& comparison);

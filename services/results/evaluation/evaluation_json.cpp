@@ -5,7 +5,6 @@
 #include <optional>
 #include <variant>
 
-#include "services/formats/files/json_file.h"
 #include "services/results/evaluation/evaluation_measures.h"
 #include "services/results/evaluation/evaluation_text.h"
 #include "services/results/report/paper_table.h"
@@ -165,10 +164,6 @@ v1::Evaluation EvaluationMessage(const JobEvaluation& evaluation) {
   out.set_frames_per_s_source(evaluation.fps_source);
   *out.mutable_verdict() = evaluation.verdict;
   return out;
-}
-
-absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
-  return ToJson(EvaluationMessage(evaluation));
 }
 
 }  // namespace weft

@@ -124,7 +124,7 @@ std::string MakeEvaluationReport(const JobEvaluation& evaluation, const JobRepor
 }
 
 absl::Status WriteEvaluation(const std::string& folder, const JobEvaluation& evaluation) {
-  WEFT_ASSIGN_OR_RETURN(const std::string json, EvaluationJson(evaluation));
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(EvaluationMessage(evaluation)));
   WEFT_ASSIGN_OR_RETURN(const std::optional<JobReportParts> job, PartsOfJob(evaluation));
   absl::Status status = CreateFolders(folder);
   const auto write = [&](const char* name, const std::string& text) {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "services/results/evaluation/evaluate_job.h"
 #include "weft/v1/evaluation.pb.h"
 
@@ -15,8 +14,6 @@ namespace weft {
 // be measured, and why.
 std::string EvaluationTable(const JobEvaluation& evaluation);
 v1::Evaluation EvaluationMessage(const JobEvaluation& evaluation);
-// The same as JSON.
-absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation);
 // A line per frame; columns that no frame fills stay empty.
 std::string FrameCsv(const JobEvaluation& evaluation);
 // A line per camera.

@@ -122,10 +122,8 @@ v1::RigPlan RigPlanMessage(const RigPlanResult& plan) {
   return out;
 }
 
-absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) { return ToJson(RigPlanMessage(plan)); }
-
 absl::Status WriteRigPlan(const std::string& folder, const RigPlanResult& plan) {
-  WEFT_ASSIGN_OR_RETURN(const std::string json, RigPlanJson(plan));
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(RigPlanMessage(plan)));
   absl::Status status = CreateFolders(folder);
   if (status.ok())
     status = WriteRig((fs::path(folder) / "rig.json").string(), plan.rig,

@@ -40,8 +40,6 @@ std::string RigPlanHeadline(const RigPlanResult& plan);
 // By the limits of docs/verdicts.md.
 v1::Verdict RigPlanVerdict(const RigPlanResult& plan);
 v1::RigPlan RigPlanMessage(const RigPlanResult& plan);
-// The same as JSON.
-absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan);
 // One page that loads nothing: coverage by the number of cameras, the rig from above and from the side, what
 // it sees of the garment, the cameras in their order.
 std::string MakeRigPlanReport(const RigPlanResult& plan);

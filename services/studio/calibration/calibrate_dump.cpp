@@ -12,6 +12,7 @@
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
 #include "services/formats/files/atomic_file.h"
+#include "services/formats/files/json_file.h"
 #include "services/formats/files/target_file.h"
 
 namespace weft {
@@ -122,7 +123,7 @@ absl::Status WriteCalibration(const std::string& out, const CalibrationResult& r
   if (!folder.empty()) {
     WEFT_RETURN_IF_ERROR(CreateFolders(folder.string()));
   }
-  WEFT_ASSIGN_OR_RETURN(const std::string json, CalibrationJson(result));
+  WEFT_ASSIGN_OR_RETURN(const std::string json, ToJson(CalibrationMessage(result)));
   std::filesystem::path beside = CalibrationReportPath(out);
   absl::Status status = WriteFileAtomically(beside.string(), MakeCalibrationReport(result));
   status.Update(WriteFileAtomically(beside.replace_extension(".json").string(), json));

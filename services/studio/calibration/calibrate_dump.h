@@ -62,8 +62,6 @@ std::string CalibrationHeadline(const CalibrationResult& result);
 v1::Verdict CalibrationVerdict(const CalibrationResult& result);
 
 v1::CalibrationReport CalibrationMessage(const CalibrationResult& result);
-// The same as JSON.
-absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result);
 // One page that loads nothing: what came out, what is wrong, coverage and residuals of every image, who sees
 // what together, sigmas.
 std::string MakeCalibrationReport(const CalibrationResult& result);

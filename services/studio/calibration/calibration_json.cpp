@@ -1,7 +1,6 @@
 #include <cmath>
 
 #include "capture/calibration/covisibility.h"
-#include "services/formats/files/json_file.h"
 #include "services/studio/calibration/calibrate_dump.h"
 
 namespace weft {
@@ -72,10 +71,6 @@ v1::CalibrationReport CalibrationMessage(const CalibrationResult& result) {
     proto.set_rig_hash(result.rig.ContentHash());
   }
   return proto;
-}
-
-absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result) {
-  return ToJson(CalibrationMessage(result));
 }
 
 }  // namespace weft

@@ -13,6 +13,7 @@
 #include "services/results/evaluation/evaluation_text.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/evaluate_avatar.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
@@ -31,10 +32,9 @@ struct EvaluateOptions {
 };
 
 // As JSON, or as a table with the place of the report.
-absl::Status PrintMeasures(const EvaluateOptions& options, const absl::StatusOr<std::string>& json,
+absl::Status PrintMeasures(const EvaluateOptions& options, const google::protobuf::Message& message,
                            const std::string& table) {
-  if (options.json && !json.ok()) return json.status();
-  std::fputs((options.json ? *json : table).c_str(), stdout);
+  WEFT_RETURN_IF_ERROR(PrintMessage(message, options.json, table));
   if (!options.json && !options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
   return absl::OkStatus();
 }
@@ -46,7 +46,7 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
   if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteEvaluation(options.out, evaluation));
   if (!options.json) PrintVerdict(evaluation.verdict);
   WEFT_RETURN_IF_ERROR(
-      PrintMeasures(options, EvaluationJson(evaluation), absl::StrCat("\n", EvaluationTable(evaluation))));
+      PrintMeasures(options, EvaluationMessage(evaluation), absl::StrCat("\n", EvaluationTable(evaluation))));
   return VerdictStatus(evaluation.verdict);
 }
 
@@ -57,7 +57,7 @@ absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
   };
   WEFT_ASSIGN_OR_RETURN(const JobComparison comparison, WithBar("compare", quiet, options.threads, compare));
   if (!options.out.empty()) WEFT_RETURN_IF_ERROR(WriteComparison(options.out, comparison));
-  return PrintMeasures(options, ComparisonJson(comparison), ComparisonTable(comparison));
+  return PrintMeasures(options, ComparisonMessage(comparison), ComparisonTable(comparison));
 }
 
 // Avatars come from others.

@@ -16,6 +16,7 @@
 #include "services/studio/calibration/target_print.h"
 #include "services/tools/cli/commands.h"
 #include "services/tools/cli/input_options.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/output_guard.h"
 #include "services/tools/cli/print_verdict.h"
@@ -198,8 +199,7 @@ absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
   }
   const v1::Verdict verdict = CalibrationVerdict(*result);
   if (options.json) {
-    WEFT_ASSIGN_OR_RETURN(const std::string json, CalibrationJson(*result));
-    std::fputs(json.c_str(), stdout);
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(CalibrationMessage(*result)));
     return VerdictStatus(verdict);
   }
   PrintVerdict(verdict);

@@ -6,6 +6,7 @@
 #include "services/formats/verdict/verdict.h"
 #include "services/results/evaluation/plan_rig.h"
 #include "services/tools/cli/commands.h"
+#include "services/tools/cli/json_output.h"
 #include "services/tools/cli/kind_options.h"
 #include "services/tools/cli/print_verdict.h"
 #include "services/tools/cli/progress.h"
@@ -29,8 +30,7 @@ absl::Status Plan(const PlanOptions& options, bool quiet) {
   WEFT_RETURN_IF_ERROR(WriteRigPlan(options.out, *plan));
   const v1::Verdict verdict = RigPlanVerdict(*plan);
   if (options.json) {
-    WEFT_ASSIGN_OR_RETURN(const std::string json, RigPlanJson(*plan));
-    std::fputs(json.c_str(), stdout);
+    WEFT_RETURN_IF_ERROR(PrintJsonMessage(RigPlanMessage(*plan)));
     return VerdictStatus(verdict);
   }
   PrintVerdict(verdict);

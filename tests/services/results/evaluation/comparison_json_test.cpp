@@ -24,7 +24,7 @@ distance_mm { count: 60 mean: 1.001 median: 1.002 p95: 1.003 max: 1.004 p99: 1.0
 "1 frame was left out" } remarks { measure: "A: jitter" reason: "of a" } remarks { measure: "B: drift"
 reason: "of b" } significance_level: 0.05 truth: "/take/truth" frames_per_s: 25)"));
   v1::Comparison read;
-  ASSERT_TRUE(ParseJson(*ComparisonJson(SampleComparison()), "json", read).ok());
+  ASSERT_TRUE(ParseJson(*ToJson(ComparisonMessage(SampleComparison())), "json", read).ok());
   EXPECT_EQ(read.DebugString(), message.DebugString());
 }
 

@@ -96,7 +96,7 @@ TEST_F(EvaluateJobTest, TableAndJsonSayWhatIsMissing) {
   EXPECT_NE(table.find("no observations.csv"), std::string::npos);
   EXPECT_NE(table.find("no mesh.ply"), std::string::npos);
   EXPECT_NE(table.find("100.00 %"), std::string::npos);
-  const auto json = EvaluationJson(*evaluation);
+  const auto json = ToJson(EvaluationMessage(*evaluation));
   ASSERT_TRUE(json.ok()) << json.status();
   v1::Evaluation read;
   ASSERT_TRUE(ParseJson(*json, "json", read).ok());

@@ -172,7 +172,7 @@ TEST(EvaluationJson, EveryFieldIsThatOfTheEvaluation) {
  frames_per_s_source: "--fps"
  job_id: "j-7")"));
   v1::Evaluation read;
-  ASSERT_TRUE(ParseJson(*EvaluationJson(evaluation), "json", read).ok());
+  ASSERT_TRUE(ParseJson(*ToJson(EvaluationMessage(evaluation)), "json", read).ok());
   EXPECT_EQ(read.DebugString(), EvaluationMessage(evaluation).DebugString());
 }
 

@@ -176,7 +176,7 @@ TEST(RigPlan, TheMessageHoldsEveryStep) {
 of the cells" checks { id: "plan.coverage" name: "cells covered by the selected cameras" grade:
 GRADE_GOOD value: "81.2 %" limits: "good from 75 %, usable from 50 %" } })"));
   v1::RigPlan read;
-  ASSERT_TRUE(ParseJson(*RigPlanJson(plan), "json", read).ok());
+  ASSERT_TRUE(ParseJson(*ToJson(RigPlanMessage(plan)), "json", read).ok());
   EXPECT_EQ(read.rig_hash(), plan.rig.ContentHash());
 }
 

@@ -76,7 +76,7 @@ TEST(CalibrationVerdict, OfARefusalHasCauseAndRemedyOfTheFirstIssue) {
 
 v1::CalibrationReport ReportOf(const CalibrationResult& result) {
   v1::CalibrationReport report;
-  const auto text = CalibrationJson(result);
+  const auto text = ToJson(CalibrationMessage(result));
   EXPECT_TRUE(text.ok()) << text.status();
   EXPECT_TRUE(ParseJson(text.value_or("{}"), "report", report).ok());
   return report;
