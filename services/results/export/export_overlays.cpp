@@ -116,10 +116,7 @@ bool IsVideo(PictureFormat format) { return format == PictureFormat::kMp4 || for
 
 absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop) {
-  ExportRequest world = InTheWorld(request.result, request.out, request.frames);
-  world.fps = request.fps;
-  world.allow_unfinished = request.allow_unfinished;
-  WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(world));
+  WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(InTheWorld(request)));
   if (IsVideo(request.format) && source.fps() == 0) {
     return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
                                                    source.job().spec().dump(),

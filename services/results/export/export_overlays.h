@@ -18,15 +18,10 @@ enum class PictureFormat { kJpeg, kPng, kMp4, kMkv };
 const char* EndingOf(PictureFormat format);
 bool IsVideo(PictureFormat format);
 
-struct OverlayRequest {
-  std::string result, out;
-  std::string frames;  // as in ExportRequest
-  RecordingChoice recording;
+struct OverlayRequest : ExportScope {
   OverlayKind kind = OverlayKind::kWireframe;
   bool undistort = false;  // as WithoutDistortion (undistorted_picture.h) sees it
   PictureFormat format = PictureFormat::kJpeg;
-  double fps = 0;  // of videos; 0: by the times of the take
-  bool allow_unfinished = false;
 };
 
 // Writes <out>/<camera>/<frame>.jpg or .png, of videos <out>/<camera>.mp4 or .mkv, of undistorted ones

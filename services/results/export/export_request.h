@@ -17,16 +17,22 @@ struct RecordingChoice {
   std::vector<std::string> cameras;  // ids; empty: all of the rig
 };
 
-struct ExportRequest {
+// What is exported, whatever it becomes.
+struct ExportScope {
   std::string result;  // folder of a job's results
   std::string out;     // folder of the export
+  std::string frames;  // as FindFrameRange (capture/take/frame_range.h) reads it; empty: all
+  double fps = 0;      // frames per second of the take; 0: by the times of the take
+  RecordingChoice recording;
+  bool allow_unfinished = false;  // a job that has not ended: its frames so far
+};
+
+struct ExportRequest : ExportScope {
   ExportFormat format = ExportFormat::kPly;
   std::string mesh;                // which of a frame's meshes, as ChooseMesh (frame_meshes.h) reads it
-  std::string frames;              // as FindFrameRange (capture/take/frame_range.h) reads it; empty: all
   std::optional<UpAxis> up;        // empty: that of the format
   std::string world_up = "-y";     // the axis of the rig's world that points up: x, -x, y, -y, z, -z
   std::optional<LengthUnit> unit;  // empty: metres
-  double fps = 0;                  // frames per second of the take; 0: by the times of the take
   bool has_attributes_named = false;
   std::vector<ExportAttribute> attributes;  // where named; else all that the format carries
   int max_vertices = 0;                     // not 0: a coarser mesh, as ReduceMesh makes it
@@ -34,9 +40,7 @@ struct ExportRequest {
   // glb alone: not 0, the garment's texture of this width and height, from pictures of so many of the frames.
   int texture_px = 0;
   int texture_frames = 8;
-  int normal_map_px = 0;          // glb of one frame alone: not 0, its normal map of this size
-  RecordingChoice recording;      // of the texture
-  bool allow_unfinished = false;  // a job that has not ended: its frames so far
+  int normal_map_px = 0;  // glb of one frame alone: not 0, its normal map of this size
 
   // InvalidArgument names the option and the remedy.
   absl::Status Validate() const;

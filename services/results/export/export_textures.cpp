@@ -99,9 +99,7 @@ absl::Status TextureRequest::Validate() const {
 absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop) {
   WEFT_RETURN_IF_ERROR(request.Validate());
-  ExportRequest world = InTheWorld(request.result, request.out, request.frames);
-  world.allow_unfinished = request.allow_unfinished;
-  world.fps = request.fps;
+  ExportRequest world = InTheWorld(request);
   world.max_vertices = request.max_vertices;
   WEFT_ASSIGN_OR_RETURN(ExportSource source, ExportSource::Open(world));
   WEFT_RETURN_IF_ERROR(source.Survey(progress, stop));

@@ -11,15 +11,10 @@
 
 namespace weft {
 
-struct TextureRequest {
-  std::string result, out;
-  std::string frames;         // as in ExportRequest
-  int texture_px = 0;         // 0: none
-  int normal_map_px = 0;      // 0: none
-  int max_vertices = 0;       // of the mesh that the normal map is for, as in ExportRequest
-  RecordingChoice recording;  // of textures
-  bool allow_unfinished = false;
-  double fps = 0;  // as in ExportRequest
+struct TextureRequest : ExportScope {
+  int texture_px = 0;     // 0: none
+  int normal_map_px = 0;  // 0: none
+  int max_vertices = 0;   // of the mesh that the normal map is for, as in ExportRequest
 
   // InvalidArgument names the option and the remedy.
   absl::Status Validate() const;

@@ -47,11 +47,8 @@ std::vector<Eigen::Vector3f> OverlayColors(OverlayKind kind, const OverlayPlan& 
 
 }  // namespace
 
-ExportRequest InTheWorld(const std::string& result, const std::string& out, const std::string& frames) {
-  ExportRequest world;
-  world.result = result;
-  world.out = out;
-  world.frames = frames;
+ExportRequest InTheWorld(const ExportScope& scope) {
+  ExportRequest world{scope};
   world.up = UpAxis::kY;
   world.world_up = std::string("y");  // GCC 12 warns of the assignment of a letter (bug 105329)
   world.unit = LengthUnit::kMillimetre;

@@ -27,7 +27,7 @@ struct OverlayPlan {
 };
 
 // Meshes in the rig's world and mm.
-ExportRequest InTheWorld(const std::string& result, const std::string& out, const std::string& frames);
+ExportRequest InTheWorld(const ExportScope& scope);
 
 // `source` is surveyed, in the rig's world and mm. FailedPrecondition: the rig is not that of the job.
 // InvalidArgument: a camera that the rig lacks. NotFound: a frame that the recording lacks. Errors of ReadRig

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "base/named_status.h"
 #include "base/status_macros.h"
 #include "capture/image/frame.h"
@@ -19,35 +20,15 @@ namespace fs = std::filesystem;
 // H.264 that every player shows: even sides, 4:2:0, the colours of HD video. Quality 18 hides no thread of
 // the overlay. Without times and names of this machine in the file.
 std::vector<std::string> EncoderArguments(const CameraModel& camera, double fps, const std::string& file) {
-  return {"-f",
-          "rawvideo",
-          "-pixel_format",
-          "rgb24",
-          "-video_size",
-          absl::StrCat(camera.width_px, "x", camera.height_px),
-          "-framerate",
-          absl::StrFormat("%.9g", fps),
-          "-i",
-          "pipe:0",
-          "-vf",
-          "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
-          "-c:v",
-          "libx264",
-          "-crf",
-          "18",
-          "-pix_fmt",
-          "yuv420p",
-          "-colorspace",
-          "bt709",
-          "-color_primaries",
-          "bt709",
-          "-color_trc",
-          "bt709",
-          "-movflags",
-          "+faststart",
-          "-fflags",
-          "+bitexact",
-          FileArgument(file)};
+  std::vector<std::string> arguments = absl::StrSplit(
+      absl::StrFormat("-f rawvideo -pixel_format rgb24 -video_size %dx%d -framerate %.9g -i pipe:0 "
+                      "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv "
+                      "-c:v libx264 -crf 18 -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 "
+                      "-color_trc bt709 -movflags +faststart -fflags +bitexact",
+                      camera.width_px, camera.height_px, fps),
+      ' ');
+  arguments.push_back(FileArgument(file));
+  return arguments;
 }
 
 // The video of one camera.

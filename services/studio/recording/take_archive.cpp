@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "base/status_macros.h"
 #include "capture/take/recorded_take.h"
 #include "services/formats/files/atomic_file.h"
@@ -87,32 +88,14 @@ using FrameDone = std::function<void()>;
 absl::Status Encode(const CameraFrames& frames, const std::string& rate, const std::string& file,
                     const FrameDone& done) {
   const VideoLayout& layout = frames.layout;
-  const std::string size = absl::StrCat(layout.width_px, "x", layout.height_px);
-  WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg, FfmpegProcess::Start({"-f",
-                                                                    "rawvideo",
-                                                                    "-pixel_format",
-                                                                    layout.pixels,
-                                                                    "-video_size",
-                                                                    size,
-                                                                    "-framerate",
-                                                                    rate,
-                                                                    "-i",
-                                                                    "pipe:0",
-                                                                    "-fps_mode",
-                                                                    "passthrough",
-                                                                    "-c:v",
-                                                                    "ffv1",
-                                                                    "-level",
-                                                                    "3",
-                                                                    "-g",
-                                                                    "1",
-                                                                    "-slicecrc",
-                                                                    "1",
-                                                                    "-pix_fmt",
-                                                                    layout.coded_as,
-                                                                    "-f",
-                                                                    "matroska",
-                                                                    FileArgument(file)}));
+  std::vector<std::string> arguments = absl::StrSplit(
+      absl::StrCat("-f rawvideo -pixel_format ", layout.pixels, " -video_size ", layout.width_px, "x",
+                   layout.height_px, " -framerate ", rate,
+                   " -i pipe:0 -fps_mode passthrough -c:v ffv1 -level 3 -g 1 -slicecrc 1 -pix_fmt ",
+                   layout.coded_as, " -f matroska"),
+      ' ');
+  arguments.push_back(FileArgument(file));
+  WEFT_ASSIGN_OR_RETURN(FfmpegProcess ffmpeg, FfmpegProcess::Start(arguments));
   for (const IndexRecord* record : frames.records) {
     WEFT_ASSIGN_OR_RETURN(const RawFrame frame, frames.stream->Read(*record));
     WEFT_RETURN_IF_ERROR(ffmpeg.Write(frame.bytes->data(), frame.bytes->size()));

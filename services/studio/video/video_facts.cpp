@@ -220,19 +220,11 @@ std::vector<std::string> DecodingArguments(const v1::VideoFacts& facts) {
                         facts.decoded_pts().empty();
   // CAVLC slices of H.264 that end before their data are damaged; stuffing is usual in other codes.
   const std::string detect = facts.codec() == "h264" ? "crccheck+aggressive" : "crccheck";
-  return {"-hide_banner",
-          "-loglevel",
-          "repeat+level+warning",
-          "-nostdin",
-          "-y",
-          "-copyts",
-          "-threads",
-          is_sound ? "2" : "1",
-          "-noautorotate",
-          "-err_detect",
-          detect,
-          "-protocol_whitelist",
-          "file,pipe"};
+  return absl::StrSplit(
+      absl::StrCat("-hide_banner -loglevel repeat+level+warning -nostdin -y -copyts -threads ",
+                   is_sound ? "2" : "1", " -noautorotate -err_detect ", detect,
+                   " -protocol_whitelist file,pipe"),
+      ' ');
 }
 
 std::string FrameLinesFilter(const std::string& where) {

@@ -38,7 +38,6 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
     WEFT_ASSIGN_OR_RETURN(request.up, UpAxisFromName(options.up));
   }
   WEFT_ASSIGN_OR_RETURN(request.unit, LengthUnitFromName(options.unit));
-  request.recording = options.overlays.recording;
   request.texture_px = options.textures.texture_px;
   request.normal_map_px = options.textures.normal_map_px;
   request.max_vertices = options.textures.max_vertices;
@@ -70,12 +69,8 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
                      ": such pictures are the cameras' images; say with --overlay what is drawn over them: "
                      "wireframe, state, sigma or none"));
   WEFT_ASSIGN_OR_RETURN(request.kind, OverlayKindFromName(options.overlay));
-  request.result = options.request.result;
-  request.out = options.request.out;
-  request.frames = options.request.frames;
-  request.allow_unfinished = options.request.allow_unfinished;
+  static_cast<ExportScope&>(request) = options.request;
   request.format = *format;
-  request.fps = options.request.fps;
   return request;
 }
 
@@ -85,12 +80,7 @@ absl::StatusOr<TextureRequest> TextureRequestOf(const ExportCommandOptions& opti
         "--texture, --normal-map: need --format png, which loses nothing and has transparency, or glb");
   }
   TextureRequest request = options.textures;
-  request.result = options.request.result;
-  request.out = options.request.out;
-  request.frames = options.request.frames;
-  request.allow_unfinished = options.request.allow_unfinished;
-  request.fps = options.request.fps;
-  request.recording = options.overlays.recording;
+  static_cast<ExportScope&>(request) = options.request;
   return request;
 }
 
@@ -170,7 +160,7 @@ absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
 // The order is that of the help.
 void AddExportOptions(CLI::App& command, ExportCommandOptions& options) {
   ExportRequest& request = options.request;
-  RecordingChoice& recording = options.overlays.recording;
+  RecordingChoice& recording = request.recording;
   KindOptions add(command, "export");
   add("mesh", request.mesh);
   add("up", options.up);

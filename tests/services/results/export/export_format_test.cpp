@@ -32,14 +32,14 @@ TEST(ExportFormat, TableNamesWhatEachCarries) {
 }
 
 TEST(ExportRequestTest, RefusesAttributesThatTheFormatDoesNotCarry) {
-  ExportRequest request{.result = "r", .out = "o", .format = ExportFormat::kObj};
+  ExportRequest request{{.result = "r", .out = "o"}, ExportFormat::kObj};
   EXPECT_TRUE(request.Validate().ok());
   request.attributes = {ExportAttribute::kSigma};
   EXPECT_THAT(request.Validate().message(), HasSubstr("obj does not carry sigma"));
 }
 
 TEST(ExportRequestTest, KeepsWhatASpecificationFixes) {
-  ExportRequest request{.result = "r", .out = "o", .format = ExportFormat::kGlb};
+  ExportRequest request{{.result = "r", .out = "o"}, ExportFormat::kGlb};
   request.up = UpAxis::kY;
   request.unit = LengthUnit::kMetre;
   EXPECT_TRUE(request.Validate().ok());

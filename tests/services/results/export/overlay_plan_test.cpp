@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(OverlayPlanTest, MeshesAreDrawnInTheRigsWorldAndMillimetres) {
-  const ExportRequest request = InTheWorld("result", "out", "3:5");
+  const ExportRequest request = InTheWorld({.result = "result", .out = "out", .frames = "3:5"});
   EXPECT_EQ(request.result, "result");
   EXPECT_EQ(request.out, "out");
   EXPECT_EQ(request.frames, "3:5");
