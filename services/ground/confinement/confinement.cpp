@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <exception>
 #include <filesystem>
-#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
@@ -103,21 +101,16 @@ absl::Status LeaveNoCoreDump() {
 
 bool HasCallFilters() { return prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0; }
 
-// Of the calling thread.
-absl::Status Enforce(const Confinement& confinement) {
+}  // namespace
+
+absl::Status ConfineProcess(const Confinement& confinement) {
+  WEFT_RETURN_IF_ERROR(LeaveNoCoreDump());
   WEFT_RETURN_IF_ERROR(LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement));
   if (!KeepFileCapabilities())
     return absl::UnavailableError(
         absl::StrCat("this process cannot give up its capabilities: ", std::strerror(errno)));
   if (!HasCallFilters()) return absl::OkStatus();
   return AllowCallsOf({.may_run_programs = confinement.may_run_programs});
-}
-
-}  // namespace
-
-absl::Status ConfineProcess(const Confinement& confinement) {
-  WEFT_RETURN_IF_ERROR(LeaveNoCoreDump());
-  return Enforce(confinement);
 }
 
 absl::Status ConfineWriting(const std::vector<std::string>& writable) {
@@ -130,24 +123,6 @@ absl::Status ConfineWriting(const std::vector<std::string>& writable) {
   for (const std::string& path : writable) status.Update(AllowFile(path, Access::kReadAndWrite, rules));
   if (status.ok()) status = rules.Enforce();
   return status.ok() && HasCallFilters() ? DenyCallsOnOthers() : status;
-}
-
-absl::Status RunConfined(const Confinement& confinement, const std::function<void()>& work) {
-  absl::Status status;
-  std::exception_ptr thrown;
-  // A thread of its own: nobody can give up rules again.
-  std::thread thread([&] {
-    status = Enforce(confinement);
-    if (!status.ok()) return;
-    try {
-      work();
-    } catch (...) {
-      thrown = std::current_exception();
-    }
-  });
-  thread.join();
-  if (thrown) std::rethrow_exception(thrown);
-  return status;
 }
 
 std::string ConfinementGaps() {

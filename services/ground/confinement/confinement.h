@@ -1,7 +1,6 @@
-// What a process of Weft, or a thread of one, may still do when it reads files of others.
+// What a process of Weft may still do when it reads files of others.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,11 +29,6 @@ absl::Status ConfineProcess(const Confinement& confinement);
 // writes only below `writable` and to devices. Modes, owners, times and attributes of files stay; other
 // processes' memory, mounts, modules, keys and the clock are out of its reach.
 absl::Status ConfineWriting(const std::vector<std::string>& writable);
-
-// Runs `work` in a thread that is confined as such a process, and waits for its end. It shares the memory of
-// the others, so this is for code that reads what others wrote, not for code that one expects to be taken
-// over. What it throws is thrown here. Errors as ConfineProcess; `work` did not run then.
-absl::Status RunConfined(const Confinement& confinement, const std::function<void()>& work);
 
 // What this kernel cannot confine, in words for the operator; empty: nothing.
 std::string ConfinementGaps();

@@ -15,7 +15,7 @@ namespace weft {
 bool LiesBelow(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 // Compares canonical paths, so neither symbolic links nor `..` lead out. What is exchanged afterwards is up
-// to RunConfined and ConfineProcess. Thread safety: const access.
+// to ConfineProcess. Thread safety: const access.
 class PathPolicy {
  public:
   // `state_folder` is closed to clients, but for its takes and results; empty: there is none.

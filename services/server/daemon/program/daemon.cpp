@@ -23,7 +23,6 @@
 #include "services/server/catalogue/folder_sync.h"
 #include "services/server/daemon/calls/path_policy.h"
 #include "services/server/daemon/door/call_observer.h"
-#include "services/server/daemon/program/confined_functions.h"
 #include "services/server/daemon/program/daemon_parts.h"
 #include "services/server/daemon/program/reader_process.h"
 #include "services/server/daemon/program/server_service.h"
@@ -299,10 +298,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   WEFT_RETURN_IF_ERROR(options.Validate());
   WEFT_ASSIGN_OR_RETURN(PathPolicy policy, TakeStateFolder(options));
   if (const std::string gaps = ConfinementGaps(); !gaps.empty()) spdlog::warn("{}", gaps);
-  if (options.reads_in_processes)
-    ReadInProcesses(options);
-  else
-    ConfineFunctions(options);
+  if (options.reads_in_processes) ReadInProcesses(options);
   std::unique_ptr<Daemon> daemon(new Daemon());
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;

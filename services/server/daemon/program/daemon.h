@@ -54,8 +54,8 @@ struct DaemonOptions {
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 
-  // Files of clients are read by processes of `worker_program`, instead of by the functions below in threads
-  // of this one.
+  // Files of clients are read by processes of `worker_program`, instead of by the functions below, which
+  // nothing confines.
   bool reads_in_processes = false;
 
   // Reads the inputs of a job, computes its verdict once it has ended, and writes its report.

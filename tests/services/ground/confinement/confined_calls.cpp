@@ -37,7 +37,6 @@ bool RunAsKind(const std::function<void()>& work) {
   files.readable = {folder + "/in"};
   files.writable = {folder + "/out"};
   files.may_run_programs = kind == "operation";
-  if (kind == "reader") return weft::RunConfined(files, work).ok();
   if (!weft::ConfineProcess(files).ok()) return false;
   work();
   return true;

@@ -147,7 +147,7 @@ TEST_P(ConfinedCallsTest, FilesKeepTheirModes) {
   EXPECT_EQ(made & (fs::perms::set_uid | fs::perms::set_gid), fs::perms::none);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, ConfinedCallsTest, ::testing::Values("worker", "operation", "reader"));
+INSTANTIATE_TEST_SUITE_P(Kinds, ConfinedCallsTest, ::testing::Values("worker", "operation"));
 
 }  // namespace
 }  // namespace weft

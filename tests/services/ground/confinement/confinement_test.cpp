@@ -8,9 +8,10 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <sstream>
-#include <stdexcept>
+#include <thread>
 
 #include "services/formats/files/atomic_file.h"
 #include "services/ground/confinement/landlock.h"
@@ -110,8 +111,18 @@ TEST_F(ConfinementTest, ARecorderKeepsTheNetworkAndWritesInItsFolderAlone) {
     EXPECT_EQ(tried.at(denied), EPERM) << denied;
 }
 
-TEST_F(ConfinementTest, AConfinedThreadLeavesTheOthersFree) {
-  std::string inside, outside;
+// In a thread of this process, which stays free.
+absl::Status RunConfined(const Confinement& files, const std::function<void()>& work) {
+  absl::Status status;
+  std::thread([&] {
+    status = ConfineProcess(files);
+    if (status.ok()) work();
+  }).join();
+  return status;
+}
+
+TEST_F(ConfinementTest, ReadsItsInputsAndWritesItsFolderAlone) {
+  std::string inside;
   ASSERT_TRUE(RunConfined(Inputs(), [&] {
                 inside = std::string(ReadWholeFile("/etc/passwd").status().message());
                 EXPECT_TRUE(ReadWholeFile(folder_ / "in/board.png").ok());
@@ -123,10 +134,6 @@ TEST_F(ConfinementTest, AConfinedThreadLeavesTheOthersFree) {
   EXPECT_TRUE(ReadWholeFile("/etc/passwd").ok());
   EXPECT_EQ(*ReadWholeFile(folder_ / "elsewhere/file"), "x");
   EXPECT_EQ(*ReadWholeFile(folder_ / "out/file"), "written");
-}
-
-TEST_F(ConfinementTest, WhatAConfinedThreadThrowsArrives) {
-  EXPECT_THROW((void)RunConfined(Inputs(), [] { throw std::runtime_error("x"); }), std::runtime_error);
 }
 
 TEST_F(ConfinementTest, NamesThatWereExchangedForLinksAreErrors) {
