@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "absl/strings/str_cat.h"
 #include "services/formats/files/frame_paths.h"
 #include "services/results/evaluation/comparison_report.h"
 #include "services/results/report/mesh_colors.h"

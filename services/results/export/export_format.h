@@ -1,7 +1,6 @@
 // The formats of `weft export` and what each of them carries.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,7 +1,6 @@
 #include "services/results/export/export_overlays.h"
 
 #include <filesystem>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <stop_token>
-#include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "services/results/export/export_request.h"

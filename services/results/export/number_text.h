@@ -3,7 +3,6 @@
 
 #include <charconv>
 #include <string>
-#include <system_error>
 
 namespace weft {
 

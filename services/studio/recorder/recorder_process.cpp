@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <cstring>
-#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"

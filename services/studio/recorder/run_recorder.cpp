@@ -3,11 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <memory>
-#include <optional>
-#include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "base/path_facts.h"
 #include "base/status_macros.h"

@@ -1,5 +1,4 @@
 // weft export: a job's result as files of other programs.
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>

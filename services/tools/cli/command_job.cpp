@@ -139,10 +139,6 @@ absl::Status Fetch(const JobContext& context) {
   return absl::OkStatus();
 }
 
-void AddJobListArguments(CLI::App& command, JobCommandOptions& options) {
-  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
-}
-
 void AddJobId(CLI::App& command, JobCommandOptions& options) {
   AddRequired(command, "JOB", options.job_id, "Id of the job, as `weft job list` prints it");
 }
@@ -159,7 +155,7 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
                            "  weft job list --server 127.0.0.1:7411\n"
                            "  WEFT_SERVER=127.0.0.1:7411 weft job watch 20260131-104500-1a2b3c4d");
   const RemoteCommand<RegistrationClient, JobCommandOptions> commands[] = {
-      {"list", "List jobs, the newest first", "", AddJobListArguments, ListJobs},
+      {"list", "List jobs, the newest first", "", AddListLimit, ListJobs},
       {"show", "Show a job and each of its frames", "", AddJobId, Show},
       {"watch",
        "Follow a job until it has ended. Stopping the command leaves the job alone. The exit status is that "

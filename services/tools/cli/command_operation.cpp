@@ -67,10 +67,6 @@ std::string OperationNames() {
   return absl::StrJoin(names, ", ");
 }
 
-void AddOperationListArguments(CLI::App& command, OperationCommandOptions& options) {
-  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
-}
-
 void AddOperationId(CLI::App& command, OperationCommandOptions& options) {
   AddRequired(command, "OPERATION", options.id, "Its id, as `weft operation list` prints it");
 }
@@ -84,8 +80,7 @@ void AddOperationCommand(CLI::App& app, CommandLine& line) {
           "Commands that a daemon runs for its clients, by their option --server: ", OperationNames(), "."));
   const RemoteCommand<OperationClient, OperationCommandOptions> commands[] = {
       {"list", "List the operations of a daemon, the newest first",
-       "  weft operation list --server 127.0.0.1:7411", AddOperationListArguments, ListOperations, true,
-       true},
+       "  weft operation list --server 127.0.0.1:7411", AddListLimit, ListOperations, true, true},
       {"cancel", "Stop an operation; nothing of it stays",
        "  weft operation cancel 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", AddOperationId,
        CancelOperation, true, true},

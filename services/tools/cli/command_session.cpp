@@ -125,10 +125,6 @@ void AddLeaseArgument(CLI::App& command, SessionCommandOptions& options) {
       ->required();
 }
 
-void AddListArguments(CLI::App& command, SessionCommandOptions& options) {
-  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
-}
-
 }  // namespace
 
 void AddSessionCommand(CLI::App& app, CommandLine& line) {
@@ -146,7 +142,7 @@ void AddSessionCommand(CLI::App& app, CommandLine& line) {
       {"close", "End a session. A take that runs goes on until it is stopped",
        "  weft session close $LEASE --server 127.0.0.1:7411", AddLeaseArgument, CloseRemoteSession},
       {"list", "List the sessions of a daemon, the newest first",
-       "  weft session list --server 127.0.0.1:7411", AddListArguments, ListRemoteSessions}};
+       "  weft session list --server 127.0.0.1:7411", AddListLimit, ListRemoteSessions}};
   for (const auto& command : commands) AddRemoteCommand(*group, line, command);
 }
 

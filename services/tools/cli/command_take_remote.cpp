@@ -220,7 +220,7 @@ void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
 }
 
 void AddTakeListArguments(CLI::App& command, RemoteTakeOptions& options) {
-  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
+  AddListLimit(command, options);
   command.add_flag("--trash", options.trash, "Those in the trash instead");
   AddOption(command, "--search WORDS", options.words,
             "Those alone in whose slate, name, notes, id or timecode all of these words stand");

@@ -1,6 +1,5 @@
 #include "services/tools/cli/evaluate_avatar.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <vector>
 

@@ -45,6 +45,12 @@ absl::Status PrintAnswer(const absl::StatusOr<Answer>& answer, const Context& co
   return absl::OkStatus();
 }
 
+// --limit of a list.
+template <typename Options>
+void AddListLimit(CLI::App& command, Options& options) {
+  AddOption(command, "--limit N", options.limit, "At most this many", CLI::Range(1, 1000));
+}
+
 // Each has options of its own: WEFT_SERVER sets those of all.
 template <typename Client, typename Options>
 void AddRemoteCommand(CLI::App& group, CommandLine& line, const RemoteCommand<Client, Options>& what) {

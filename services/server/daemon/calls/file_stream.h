@@ -7,7 +7,6 @@
 #include <functional>
 #include <string>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/formats/files/confined_folder.h"
 #include "services/ground/process/unique_fd.h"

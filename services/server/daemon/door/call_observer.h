@@ -5,7 +5,6 @@
 #include <grpcpp/support/server_interceptor.h>
 
 #include <memory>
-#include <string>
 
 #include "services/server/daemon/door/call_check.h"
 

@@ -20,7 +20,6 @@
 #include "services/work/job/job_folder.h"
 #include "services/work/kinds/work_kind.h"
 #include "services/work/slurm/slurm_options.h"
-#include "weft/v1/job.pb.h"
 
 namespace weft {
 

@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <climits>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "services/studio/recorder/recorder_process.h"
 #include "weft/v1/takes.pb.h"
 

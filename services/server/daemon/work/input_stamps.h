@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "weft/v1/jobs.pb.h"
-
 namespace weft {
 
 // Folders and files with their identity, size and times. Immutable.

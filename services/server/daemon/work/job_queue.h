@@ -1,7 +1,6 @@
 // The daemon's jobs: a table of them, run by an executor, written down by a store.
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -28,7 +27,6 @@
 #include "services/server/retention/retention_plan.h"
 #include "services/work/executor/executor.h"
 #include "services/work/job/job_folder.h"
-#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

@@ -1,7 +1,6 @@
 #include "services/server/daemon/work/job_service.h"
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <utility>
 

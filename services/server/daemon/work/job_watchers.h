@@ -7,7 +7,6 @@
 #include <optional>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "services/server/daemon/work/job_table.h"
 #include "weft/v1/jobs.pb.h"
 

@@ -1,7 +1,6 @@
 #include "services/server/daemon/work/known_inputs.h"
 
 #include <algorithm>
-#include <iterator>
 #include <memory>
 
 namespace weft {

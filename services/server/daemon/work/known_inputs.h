@@ -8,14 +8,12 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "base/mutex.h"
 #include "services/server/callers/turn_gate.h"
 #include "services/server/daemon/work/input_stamps.h"
 #include "services/work/kinds/work_kind.h"
-#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

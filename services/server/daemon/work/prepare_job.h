@@ -1,7 +1,6 @@
 // From a request to a job that can be queued.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
