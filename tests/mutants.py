@@ -8,10 +8,18 @@
 
 A mutant is one small fault in a source of services/ or animation/: a comparison, a logical or an arithmetic operator, a number,
 a truth value, a condition, or a statement that is left out (DeMillo, Lipton, Sayward, Computer 11(4), 1978; operators of
-Offutt et al., TOSEM 5(2), 1996). It is tried in a worktree of its own, build/mutants, or with --here in this one, against the unit tests of its folder and of the
-folders that include headers of it. One that does not compile is drawn anew. Those that live are printed with their change: a
-reader says which are equivalent, and lists them in --equivalent FILE (a line for each: path:line: change).
-Needs a build from nothing first, and then a minute or two for each mutant. Exit status 1 when fewer than --least percent are killed.
+Offutt et al., TOSEM 5(2), 1996). It is tried in a worktree of its own, build/mutants, or with --here in this one.
+
+Its source alone is compiled, at -O1 and without warnings, so that a statement may be left out whose variable nothing else uses.
+Sources of the same unity batch that may call it are compiled with it: the compiler may have put its functions into theirs.
+The object is linked ahead of the libraries, with --allow-multiple-definition, into each test program that has the source, and
+into the programs that a test starts. Tests of its own folder come first, then those of folders that include its headers, the
+quickest first, until one fails. A mutant that does not compile does not count, and the next is drawn.
+
+Programs after the folder's own are tried while their times without a mutant add up to at most LIMIT_S. One that takes thrice
+its time and half a minute, twice, hangs and has killed. Mutants that live are printed with their change. A reader says which are
+equivalent, and lists them in --equivalent FILE (a line for each: path:line: change).
+Needs a build first, and then half a minute or so for each mutant. Exit status 1 when fewer than --least percent are killed.
 """
 
 import argparse
@@ -19,6 +27,8 @@ import json
 import os
 import random
 import re
+import resource
+import signal
 import subprocess
 import sys
 import time
@@ -26,7 +36,10 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDERS = ("services", "animation")
 TREE = os.path.join(ROOT, "build", "mutants")
-TIMEOUT_S = 300
+LIMIT_S = 300  # of all test programs of a mutant, as they take without it
+HANGS = "does not end"
+HANG_S = 30  # longer than thrice its time without a mutant, and a test program hangs
+LIMIT_BYTES = 16 << 30  # of a test program's memory, and of a file that it writes: a mutant may never stop asking for more
 
 # What stands in code, and what a mutant has in its place.
 SWAPS = [
@@ -106,57 +119,190 @@ def including_folders(path):
     return [folder] + sorted(f for f in including if f != folder and not f.startswith("tests"))
 
 
-def tests_of(path):
-    """Names of the test programs for a source."""
-    programs = []
-    for folder in including_folders(path):
+def tests_of(path, seconds=lambda name: 0):
+    """Names of the test programs for a source: those of its folder, then the quickest others that have time."""
+    ranks = {}
+    for rank, folder in enumerate(including_folders(path)):
         parts = folder.split("/")
         for depth in range(len(parts), 0, -1):
             lists = os.path.join(ROOT, "tests", *parts[:depth], "CMakeLists.txt")
             if os.path.exists(lists):
                 with open(lists, encoding="utf-8") as file:
-                    programs += [name for name in re.findall(r"^weft_test\((\w+)", file.read(), re.MULTILINE) if name not in programs]
+                    for name in re.findall(r"^weft_test\((\w+)", file.read(), re.MULTILINE):
+                        ranks.setdefault(name, rank > 0)
                 break
-    return [name for name in programs if name != "simulation_command_test"]
+    ranks.pop("simulation_command_test", None)
+    programs, total_s = [], 0
+    for name in sorted(ranks, key=lambda name: (ranks[name], seconds(name))):
+        total_s += seconds(name)
+        if total_s <= LIMIT_S or not ranks[name]:
+            programs.append(name)
+    return programs
 
 
-def build(tree, *targets):
-    done = subprocess.run(["cmake", "--build", os.path.join(tree, "build", "gate"), "--target", *targets], capture_output=True, text=True,
-                          check=False)
-    return done.returncode == 0, done.stdout[-2000:]
+def includes_of(tree, path, known):
+    """All headers of the tree that a file includes, itself or through others."""
+    if path not in known:
+        known[path] = set()
+        with open(os.path.join(tree, path), encoding="utf-8") as file:
+            direct = [name for name in re.findall(r'^#include "([^"]+)"', file.read(), re.MULTILINE)
+                      if os.path.exists(os.path.join(tree, name))]
+        for name in direct:
+            known[path] |= {name} | includes_of(tree, name, known)
+    return known[path]
 
 
-def try_one(mutant, tree):
-    """"killed by NAME", "lives" or "does not compile"."""
-    path, number, new = mutant
-    file = os.path.join(tree, path)
-    with open(file, encoding="utf-8") as source:
-        before = source.read()
-    lines = before.splitlines()
-    lines[number] = new
-    with open(file, "w", encoding="utf-8") as source:
-        source.write("\n".join(lines) + "\n")
-    try:
-        programs = tests_of(path)
-        for name in programs:
-            is_built, _ = build(tree, name)
-            if not is_built:
-                return "does not compile"
-            program = os.path.join(tree, "build", "gate", "bin", name)
+def callers_of(tree, path, batch):
+    """Sources of a batch that include the header of a source, which may call it."""
+    header = path[:-len(".cpp")] + ".h"
+    known = {}
+    headers = {header} if os.path.exists(os.path.join(tree, header)) else includes_of(tree, path, known)
+    return [other for other in batch if other != path and headers & includes_of(tree, other, known)]
+
+
+def is_in(command, link):
+    """Whether a program has the object of a command that compiles, itself or in its library."""
+    compiled = re.search(r" -o (\S+) -c", command).group(1)
+    library = re.sub(r"CMakeFiles/([^/]+)\.dir/.*", r"lib\1.a", compiled)
+    return bool({compiled, library} & set(link.split()))
+
+
+class Build:
+    """A build tree: how a source is compiled, what links a program, and how long its tests take without a mutant."""
+
+    def __init__(self, tree):
+        self.tree, self.gate = tree, os.path.join(tree, "build", "gate")
+        self.folder = os.path.join(self.gate, "mutant")
+        os.makedirs(self.folder, exist_ok=True)
+        self.commands, self.batches = {}, {}  # of a source: what compiles it, and the sources that are compiled with it
+        with open(os.path.join(self.gate, "compile_commands.json"), encoding="utf-8") as file:
+            for entry in json.load(file):
+                batch = [entry["file"]]
+                if "/Unity/" in entry["file"]:
+                    with open(entry["file"], encoding="utf-8") as unity:
+                        batch = re.findall(r'^#include "([^"]+)"', unity.read(), re.MULTILINE)
+                batch = [os.path.relpath(source, tree) for source in batch]
+                for source in batch:
+                    self.commands[source], self.batches[source] = entry["command"], batch
+        self.links = {}
+        self.relinked = []
+        self.times = os.path.join(self.folder, "seconds.json")
+        self.seconds_of = {}
+        if os.path.exists(self.times):
+            with open(self.times, encoding="utf-8") as file:
+                self.seconds_of = json.load(file)
+        for name in os.listdir(self.program("")):  # a run before this one was ended
+            if name.endswith(".clean"):
+                os.replace(self.program(name), self.program(name[:-len(".clean")]))
+
+    def program(self, name):
+        return os.path.join(self.gate, "bin", name)
+
+    def compile(self, mutant):
+        """The mutant's object file; none if it does not compile."""
+        path, number, new = mutant
+        with open(os.path.join(self.tree, path), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        lines[number] = new
+        source, together, compiled = (os.path.join(self.folder, name) for name in (os.path.basename(path), "mutant.cxx", "mutant.o"))
+        with open(source, "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        callers = callers_of(self.tree, path, self.batches[path])
+        with open(together, "w", encoding="utf-8") as file:
+            for name in [name for name in self.batches[path] if name == path or name in callers]:
+                file.write(f'#include "{source if name == path else os.path.join(self.tree, name)}"\n')
+        command = re.sub(r" -o \S+ -c \S+$", f" -O1 -w -Wno-error -o {compiled} -c {together}", self.commands[path])
+        done = subprocess.run(command, shell=True, cwd=self.gate, capture_output=True, check=False)
+        return compiled if done.returncode == 0 else None
+
+    def links_of(self, name):
+        """What links a test program and the programs that it starts, by their names."""
+        if name not in self.links:
+            commands = subprocess.run(["ninja", "-t", "commands", f"bin/{name}"], cwd=self.gate, capture_output=True, text=True, check=True)
+            links = [command.split(" && ")[1] for command in commands.stdout.splitlines() if " -o bin/" in command]
+            self.links[name] = {re.search(r" -o bin/(\S+)", link).group(1): link for link in links}
+        return self.links[name]
+
+    def has(self, name, path):
+        """Whether a test program, or one that it starts, has a source."""
+        return any(is_in(self.commands[path], link) for link in self.links_of(name).values())
+
+    def relink(self, name, path, compiled):
+        """Links an object ahead of the source's own into a test program and those that it starts."""
+        for program, link in self.links_of(name).items():
+            if program not in self.relinked and is_in(self.commands[path], link):
+                os.replace(self.program(program), self.program(program + ".clean"))
+                self.relinked.append(program)
+                link = link.replace(" -o bin/", f" {compiled} -Wl,--allow-multiple-definition -o bin/", 1)
+                subprocess.run(link, shell=True, cwd=self.gate, check=True)
+
+    def restore(self):
+        for program in self.relinked:
+            os.replace(self.program(program + ".clean"), self.program(program))
+        self.relinked = []
+
+    def run(self, name, limit_s):
+        """Why a test program fails; empty if it does not."""
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT_BYTES, LIMIT_BYTES))
+
+        output = os.path.join(self.folder, "output")
+        with open(output, "w", encoding="utf-8") as file, subprocess.Popen(
+                [self.program(name), "--gtest_brief=1", "--gtest_fail_fast"], stdout=file, stderr=subprocess.STDOUT, cwd=self.tree,
+                start_new_session=True, preexec_fn=limit) as process:
             try:
-                done = subprocess.run([program, "--gtest_brief=1"], capture_output=True, timeout=TIMEOUT_S, cwd=tree, check=False)
+                status = process.wait(limit_s)
             except subprocess.TimeoutExpired:
-                return f"killed by {name}, which does not end"
-            if done.returncode != 0:
-                return f"killed by {name}"
-        return "lives" if programs else "lives, as no unit test is of it"
+                return HANGS
+            finally:
+                try:
+                    os.killpg(process.pid, signal.SIGKILL)
+                except ProcessLookupError:
+                    pass
+        with open(output, encoding="utf-8", errors="replace") as file:
+            failed = re.search(r"\[  FAILED  \] (\S+?),? ", file.read())
+        return "" if status == 0 else failed.group(1) if failed else f"ends with {status}"
+
+    def seconds(self, name):
+        """Of a test program without a mutant, which passes; taken once for each build of it."""
+        built = os.stat(self.program(name)).st_mtime_ns
+        if self.seconds_of.get(name, [0])[0] != built:
+            began = time.monotonic()
+            why = self.run(name, 10 * LIMIT_S)
+            if why:
+                sys.exit(f"{name} fails without a mutant: {why}")
+            self.seconds_of[name] = [built, round(time.monotonic() - began, 1)]
+            with open(self.times, "w", encoding="utf-8") as file:
+                json.dump(self.seconds_of, file)
+        return self.seconds_of[name][1]
+
+
+def try_one(mutant, build):
+    """"killed by NAME: TEST", "lives" or "does not compile"."""
+    path = mutant[0]
+    programs = tests_of(path, build.seconds)
+    compiled = build.compile(mutant)
+    if not compiled:
+        return "does not compile"
+    try:
+        having = [name for name in programs if build.has(name, path)]
+        for name in having:
+            limit_s = 3 * build.seconds(name) + HANG_S  # of the program as it is before it is linked anew
+            build.relink(name, path, compiled)
+            why = build.run(name, limit_s)
+            if why == HANGS:  # or did the machine do other things?
+                why = build.run(name, limit_s)
+            if why:
+                return f"killed by {name}: {why}"
+        return f"lives in {', '.join(having)}" if having else "lives, as no unit test has it"
     finally:
-        with open(file, "w", encoding="utf-8") as source:
-            source.write(before)
+        build.restore()
 
 
 def prepare(here):
-    """The tree that mutants are tried in, with the tests built as they are."""
+    """The build that mutants are tried in, with the tests as they are."""
     tree = ROOT if here else TREE
     if here and git("status", "--porcelain", "--untracked-files=no"):
         sys.exit("mutants are tried in a tree without changes; commit them first")
@@ -167,10 +313,11 @@ def prepare(here):
         git("checkout", "--quiet", "--", ".", folder=tree)
         subprocess.run(["cmake", "--preset", "gate"], cwd=tree, check=True, stdout=subprocess.DEVNULL)
     print("builds the tests as they are", flush=True)
-    is_built, output = build(tree, "fast_tests")
-    if not is_built:
-        sys.exit(f"the tests do not build without a mutant:\n{output}")
-    return tree
+    done = subprocess.run(["cmake", "--build", os.path.join(tree, "build", "gate"), "--target", "fast_tests"], capture_output=True,
+                          text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"the tests do not build without a mutant:\n{done.stdout[-2000:]}")
+    return Build(tree)
 
 
 def main():
@@ -179,6 +326,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="another one draws others (default 1)")
     parser.add_argument("--least", type=float, default=85, help="percent that are to be killed (default 85)")
     parser.add_argument("--equivalent", help="a file that lists mutants that change nothing")
+    parser.add_argument("--record", help="a file of what came of each mutant (default build/mutants-COMMIT-SEED.jsonl)")
     parser.add_argument("--list", action="store_true", help="only draw them")
     parser.add_argument("--under", action="append", help="a folder that they are drawn from (default services and animation)")
     parser.add_argument("--here", action="store_true", help="tries them in this tree, which has no changes, and its build/gate")
@@ -192,8 +340,8 @@ def main():
     if options.equivalent:
         with open(options.equivalent, encoding="utf-8") as file:
             equivalent = {line.strip() for line in file if line.strip()}
-    tree = prepare(options.here)
-    record = os.path.join(ROOT, "build", f"mutants-{git('rev-parse', '--short', 'HEAD').strip()}-{options.seed}.jsonl")
+    build = prepare(options.here)
+    record = options.record or os.path.join(ROOT, "build", f"mutants-{git('rev-parse', '--short', 'HEAD').strip()}-{options.seed}.jsonl")
     known = {}
     if os.path.exists(record):
         with open(record, encoding="utf-8") as file:
@@ -206,7 +354,7 @@ def main():
         if text in equivalent:
             continue
         if text not in known:
-            known[text] = try_one(mutant, tree)
+            known[text] = try_one(mutant, build)
             with open(record, "a", encoding="utf-8") as file:
                 file.write(json.dumps([text, known[text]]) + "\n")
         if known[text] == "does not compile":
@@ -214,7 +362,8 @@ def main():
         tried += 1
         killed += known[text].startswith("killed")
         if known[text].startswith("lives"):
-            alive.append(text)
+            with open(os.path.join(ROOT, mutant[0]), encoding="utf-8") as file:
+                alive.append(f"{text}    in place of {file.read().splitlines()[mutant[1]].strip()}")
         print(f"{tried:3}  {time.monotonic() - began:5.0f} s  {known[text]:40}  {text}", flush=True)
     share = 100 * killed / max(1, tried)
     print(f"{killed} of {tried} mutants are killed, {share:.0f} %")

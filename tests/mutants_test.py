@@ -1,7 +1,11 @@
-"""What mutants.py makes of a line, and against what it would try it."""
+"""What mutants.py makes of a line, against what it would try it, and what comes of it in a small tree."""
 
 import itertools
+import os
+import subprocess
+import tempfile
 import unittest
+from unittest import mock
 
 import mutants
 
@@ -35,6 +39,85 @@ class Mutations(unittest.TestCase):
         self.assertEqual(programs[0], "job_test")
         self.assertIn("daemon_test", programs)
         self.assertNotIn("alignment_test", programs)
+
+    def test_are_tried_by_the_quickest_other_programs_that_have_time(self):
+        seconds = {"job_test": 1000, "daemon_test": 200, "kinds_test": 4}
+        with mock.patch.object(mutants, "LIMIT_S", 1210):
+            programs = mutants.tests_of("services/work/job/job_frames.cpp", lambda name: seconds.get(name, 1000))
+        self.assertEqual(programs, ["job_test", "kinds_test", "daemon_test"])
+
+
+# A library of three sources in one batch: the compiler puts Sum into Twice and Ends.
+SMALL_TREE = {
+    "CMakeLists.txt": """cmake_minimum_required(VERSION 3.25)
+project(small CXX)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_UNITY_BUILD ON)
+set(CMAKE_CXX_FLAGS "-O2 -Wall -Wextra -Werror -I${CMAKE_SOURCE_DIR}")
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+add_library(small STATIC sum.cpp twice.cpp apart.cpp)
+add_executable(small_test small_test.cpp)
+target_link_libraries(small_test small)
+add_executable(other_test other_test.cpp)
+""",
+    "sum.h": "int Sum(int a, int b);\n",
+    "sum.cpp": '#include "sum.h"\nint Sum(int a, int b) {\n  int sum = a;\n  sum += b;\n  return sum;\n}\n',
+    "twice.h": '#include "sum.h"\nint Twice(int a);\nbool Ends(int a);\n',
+    "twice.cpp": '#include "twice.h"\nint Twice(int a) { return Sum(a, a); }\n'
+                 "bool Ends(int a) {\n  while (a < 100) a = Sum(a, 1);\n  return true;\n}\n",
+    "apart.cpp": "int Apart() { return 1; }\n",
+    "small_test.cpp": '#include <cstdio>\n#include "twice.h"\nint Apart();\n'
+                      "int main() {\n  if (Twice(3) == 6 && Ends(98) && Apart() == 1) return 0;\n"
+                      '  std::puts("[  FAILED  ] Small.Sums (0 ms)");\n  return 1;\n}\n',
+    "other_test.cpp": "int main() { return 1; }\n",
+}
+
+
+class Relinking(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.tree = cls.folder.name
+        for name, text in SMALL_TREE.items():
+            with open(os.path.join(cls.tree, name), "w", encoding="utf-8") as file:
+                file.write(text)
+        gate = os.path.join(cls.tree, "build", "gate")
+        subprocess.run(["cmake", "-G", "Ninja", "-S", cls.tree, "-B", gate], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["ninja", "-C", gate], check=True, stdout=subprocess.DEVNULL)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def try_line(self, number, new, path="sum.cpp"):
+        build = mutants.Build(self.tree)
+        with mock.patch.object(mutants, "tests_of", lambda path, seconds: ["other_test", "small_test"]), \
+                mock.patch.object(mutants, "HANG_S", 1):
+            came = mutants.try_one((path, number, new), build)
+        self.assertEqual(build.run("small_test", 10), "", "the program is as it was")
+        return came
+
+    def test_kills_in_the_callers_of_a_batch(self):
+        self.assertEqual(self.try_line(3, "  sum -= b;"), "killed by small_test: Small.Sums")
+        self.assertEqual(mutants.callers_of(self.tree, "sum.cpp", ["sum.cpp", "twice.cpp", "apart.cpp"]), ["twice.cpp"])
+        self.assertEqual(self.try_line(0, "int Apart() { return 2; }", "apart.cpp"), "killed by small_test: Small.Sums")
+
+    def test_kills_what_does_not_end(self):
+        self.assertEqual(self.try_line(3, "  while (a < 100) a = Sum(a, 0);", "twice.cpp"), "killed by small_test: does not end")
+
+    def test_lets_live_what_changes_nothing(self):
+        self.assertEqual(self.try_line(3, "  sum = b + sum;"), "lives in small_test")
+
+    def test_tries_what_only_warns_and_nothing_that_does_not_compile(self):
+        self.assertEqual(self.try_line(3, "  ;"), "killed by small_test: Small.Sums")
+        self.assertEqual(self.try_line(3, "  sum += ;"), "does not compile")
+
+    def test_restores_the_programs_of_a_run_that_was_ended(self):
+        program = os.path.join(self.tree, "build", "gate", "bin", "small_test")
+        os.rename(program, program + ".clean")
+        with open(program, "w", encoding="utf-8") as file:
+            file.write("a mutant")
+        self.assertEqual(mutants.Build(self.tree).run("small_test", 10), "")
 
 
 if __name__ == "__main__":
