@@ -151,6 +151,25 @@ TEST_F(HolderRecordTest, IsRefreshedUntilAnotherHasIt) {
   EXPECT_THAT(Text(), HasSubstr("farm-2")) << "not ours to remove";
 }
 
+// A program waits for its signals in threads of its own, or blocks none and is ended by them.
+TEST_F(HolderRecordTest, TheThreadThatRefreshesTakesNoSignals) {
+  const auto record = HolderRecord::Take(path(), "weftd");
+  ASSERT_TRUE(record.ok());
+  // Signal n is bit n - 1 of what a thread blocks.
+  const uint64_t ends = 1 << (SIGHUP - 1) | 1 << (SIGINT - 1) | 1 << (SIGUSR1 - 1) | 1 << (SIGTERM - 1);
+  int without = 0;
+  for (const fs::directory_entry& task : fs::directory_iterator("/proc/self/task")) {
+    const std::string status = ReadBytes(task.path() / "status");
+    const size_t at = status.find("SigBlk:\t");
+    ASSERT_NE(at, std::string::npos);
+    without += (std::stoull(status.substr(at + 8, 16), nullptr, 16) & ends) == ends;
+  }
+  EXPECT_GE(without, 1);
+  sigset_t mine;
+  ASSERT_EQ(pthread_sigmask(SIG_BLOCK, nullptr, &mine), 0);
+  EXPECT_EQ(sigismember(&mine, SIGTERM), 0) << "this thread still does";
+}
+
 // Of eight processes that find the file of a dead one, one gets it.
 TEST_F(HolderRecordTest, OfADeadProcessGoesToOne) {
   for (int round = 0; round < 20; ++round) {

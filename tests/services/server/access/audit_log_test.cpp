@@ -1,6 +1,7 @@
 // Who did what, on a disk.
 #include "services/server/access/audit_log.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -20,6 +21,7 @@
 namespace weft {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -98,21 +100,27 @@ TEST_F(AuditLogTest, GathersAFloodOfRefusals) {
 
 TEST_F(AuditLogTest, TellsHowManyEntriesAFullDiskTook) {
   const auto log = Open();
-  log->Record(Entry("first"));
   signal(SIGXFSZ, SIG_IGN);
-  rlimit before = {};
-  getrlimit(RLIMIT_FSIZE, &before);
-  rlimit full = before;
-  full.rlim_cur = std::filesystem::file_size(path_);
-  setrlimit(RLIMIT_FSIZE, &full);
-  for (int i = 0; i < 3; ++i) log->Record(Entry("lost"));
-  setrlimit(RLIMIT_FSIZE, &before);
-  log->Record(Entry("last"));
-  const std::vector<v1::AuditEntry> entries = Entries();
-  ASSERT_EQ(entries.size(), 3U);
-  EXPECT_EQ(entries[1].times(), 3);
-  EXPECT_EQ(entries[2].method(), "last");
-  EXPECT_EQ(warnings_.size(), 1U);
+  const auto record_on_full_disk = [&](int entries) {
+    rlimit before = {};
+    getrlimit(RLIMIT_FSIZE, &before);
+    rlimit full = before;
+    full.rlim_cur = std::filesystem::file_size(path_);
+    setrlimit(RLIMIT_FSIZE, &full);
+    for (int i = 0; i < entries; ++i) EXPECT_FALSE(log->Record(Entry("lost")));
+    setrlimit(RLIMIT_FSIZE, &before);
+  };
+  log->Record(Entry("first"));
+  record_on_full_disk(3);
+  EXPECT_TRUE(log->Record(Entry("second")));
+  EXPECT_TRUE(log->Record(Entry("third")));
+  record_on_full_disk(2);
+  EXPECT_TRUE(log->Record(Entry("fourth")));
+  std::vector<std::string> told;
+  for (const v1::AuditEntry& entry : Entries())
+    told.push_back(entry.method().empty() ? absl::StrCat(entry.outcome(), " ", entry.times()) : entry.method());
+  EXPECT_THAT(told, ElementsAre("first", "LOST 3", "second", "third", "LOST 2", "fourth"));
+  EXPECT_EQ(warnings_.size(), 2U) << "one for each time that the disk is full";
 }
 
 TEST_F(AuditLogTest, IsWholeLinesFromManyThreads) {

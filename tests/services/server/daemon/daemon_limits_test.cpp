@@ -1,4 +1,5 @@
 // What one client may take from the others, and what the audit log tells of it.
+#include <absl/strings/str_split.h>
 #include <grpcpp/grpcpp.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -104,6 +105,11 @@ TEST_F(DaemonLimitsTest, CallsWithLargeHeadersAreRefusedAndNamed) {
   EXPECT_THAT(entries[0].peer(), StartsWith("user "));
   EXPECT_EQ(entries[0].message(), refused.error_message());
   EXPECT_EQ(entries[0].caller(), "") << "nobody looked who it is";
+  // What every call has beside its own.
+  const std::vector<std::string> words = absl::StrSplit(refused.error_message(), ' ');
+  const size_t others = std::stoul(words.at(4)) - 16'384;
+  EXPECT_TRUE(with(16'384 - others).ok());
+  EXPECT_THAT(with(16'385 - others).error_message(), StartsWith("the call's metadata has 16385 bytes"));
 }
 
 TEST_F(DaemonLimitsTest, IdleWatchersOfOneCallerLeaveRoomForOthers) {

@@ -73,6 +73,13 @@ TEST_F(RecorderProcessTest, StartsAProgramOnTheRequest) {
   ASSERT_TRUE(ReadJsonFile(folder_ + "/copy.json", request).ok());
   EXPECT_EQ(request.SerializeAsString(), request_.SerializeAsString());
   EXPECT_EQ(ReadBytes(files_.log), "said\n");
+  EXPECT_EQ(fs::status(files_.log).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(RecorderProcessTest, LaterProgramsWriteToTheEndOfTheLog) {
+  ASSERT_TRUE(Start("echo first\n").ok());
+  ASSERT_TRUE(Start("echo second\necho third >&2\n").ok());
+  EXPECT_EQ(ReadBytes(files_.log), "first\nsecond\nthird\n");
 }
 
 TEST_F(RecorderProcessTest, SaysWhyAProgramDidNotStart) {

@@ -50,6 +50,14 @@ TEST(DamagedPictures, FollowUpToTheNextKeyFrame) {
   EXPECT_THAT(DamagedBy(Groups(), {12}), ElementsAre(10, 11, 12));
 }
 
+// As the two fields of a picture have.
+TEST(DamagedPictures, PacketsOfOneTimeAreOnePicture) {
+  DecodedPictures pictures;
+  for (const int64_t pts : {0, 0, 1, 1, 2, 2}) pictures.packets.push_back({pts, pts, pts == 0, false});
+  pictures.shown_pts = {0, 1, 2};
+  EXPECT_THAT(DamagedBy(pictures, {1}), ElementsAre(1, 2));
+}
+
 TEST(DamagedPictures, AreAloneWhereNothingFollowsFromThem) {
   EXPECT_THAT(DamagedBy(Groups(), {1}), ElementsAre(1));
   EXPECT_THAT(DamagedBy(Groups(), {7}), ElementsAre(7));
