@@ -13,12 +13,12 @@ Offutt et al., TOSEM 5(2), 1996). It is tried in a worktree of its own, build/mu
 Its source alone is compiled, at -O1 and without warnings, so that a statement may be left out whose variable nothing else uses.
 Sources of the same unity batch that may call it are compiled with it: the compiler may have put its functions into theirs.
 The object is linked ahead of the libraries, with --allow-multiple-definition, into each test program that has the source, and
-into the programs that a test starts. Tests of its own folder come first, then those of folders that include its headers, the
-quickest first, until one fails. A mutant that does not compile does not count, and the next is drawn.
+into the programs that a test starts. Tests that mirror the source come first, then those of its folder, then those of folders that
+include its headers, the quickest first, until one fails. A mutant that does not compile does not count, and the next is drawn.
 
-Programs after the folder's own are tried while their times without a mutant add up to at most LIMIT_S. One that takes thrice
-its time and half a minute, twice, hangs and has killed. Mutants that live are printed with their change. A reader says which are
-equivalent, and lists them in --equivalent FILE (a line for each: path:line: change).
+A test has killed if it fails, ends its program, or says nothing for HANG_S, with the mutant twice and without it not at all.
+After LIMIT_S nothing more is tried. Mutants that live are printed with their change. A reader says which are equivalent, and
+lists them in --equivalent FILE (a line for each: path:line: change).
 Needs a build first, and then half a minute or so for each mutant. Exit status 1 when fewer than --least percent are killed.
 """
 
@@ -36,9 +36,8 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDERS = ("services", "animation")
 TREE = os.path.join(ROOT, "build", "mutants")
-LIMIT_S = 300  # of all test programs of a mutant, as they take without it
-HANGS = "does not end"
-HANG_S = 30  # longer than thrice its time without a mutant, and a test program hangs
+LIMIT_S = 300  # of all tests of a mutant
+HANG_S = 90  # of a test that says nothing
 LIMIT_BYTES = 16 << 30  # of a test program's memory, and of a file that it writes: a mutant may never stop asking for more
 
 # What stands in code, and what a mutant has in its place.
@@ -119,8 +118,8 @@ def including_folders(path):
     return [folder] + sorted(f for f in including if f != folder and not f.startswith("tests"))
 
 
-def tests_of(path, seconds=lambda name: 0):
-    """Names of the test programs for a source: those of its folder, then the quickest others that have time."""
+def tests_of(path, seconds):
+    """Names of the test programs for a source: those of its folder, then the others, each by their seconds."""
     ranks = {}
     for rank, folder in enumerate(including_folders(path)):
         parts = folder.split("/")
@@ -132,12 +131,17 @@ def tests_of(path, seconds=lambda name: 0):
                         ranks.setdefault(name, rank > 0)
                 break
     ranks.pop("simulation_command_test", None)
-    programs, total_s = [], 0
-    for name in sorted(ranks, key=lambda name: (ranks[name], seconds(name))):
-        total_s += seconds(name)
-        if total_s <= LIMIT_S or not ranks[name]:
-            programs.append(name)
-    return programs
+    return sorted(ranks, key=lambda name: (ranks[name], seconds.get(name, 0)))
+
+
+def own_tests(tree, path):
+    """What the tests that mirror a source are called, as --gtest_filter has it; empty without any."""
+    mirror = os.path.join(tree, "tests", path[:-len(".cpp")] + "_test.cpp")
+    if not os.path.exists(mirror):
+        return ""
+    with open(mirror, encoding="utf-8") as file:
+        suites = set(re.findall(r"^(?:TYPED_)?TEST(?:_F|_P)?\((\w+),", file.read(), re.MULTILINE))
+    return ":".join(f"{suite}.*:{suite}/*:*/{suite}.*" for suite in sorted(suites))
 
 
 def includes_of(tree, path, known):
@@ -168,7 +172,7 @@ def is_in(command, link):
 
 
 class Build:
-    """A build tree: how a source is compiled, what links a program, and how long its tests take without a mutant."""
+    """A build tree: how a source is compiled, what links a program, and how long its tests take."""
 
     def __init__(self, tree):
         self.tree, self.gate = tree, os.path.join(tree, "build", "gate")
@@ -187,10 +191,10 @@ class Build:
         self.links = {}
         self.relinked = []
         self.times = os.path.join(self.folder, "seconds.json")
-        self.seconds_of = {}
+        self.seconds = {}  # that test programs took at the last time
         if os.path.exists(self.times):
             with open(self.times, encoding="utf-8") as file:
-                self.seconds_of = json.load(file)
+                self.seconds = json.load(file)
         for name in os.listdir(self.program("")):  # a run before this one was ended
             if name.endswith(".clean"):
                 os.replace(self.program(name), self.program(name[:-len(".clean")]))
@@ -236,13 +240,18 @@ class Build:
                 link = link.replace(" -o bin/", f" {compiled} -Wl,--allow-multiple-definition -o bin/", 1)
                 subprocess.run(link, shell=True, cwd=self.gate, check=True)
 
+    def learn(self, name, seconds):
+        self.seconds[name] = round(seconds, 1)
+        with open(self.times, "w", encoding="utf-8") as file:
+            json.dump(self.seconds, file)
+
     def restore(self):
         for program in self.relinked:
             os.replace(self.program(program + ".clean"), self.program(program))
         self.relinked = []
 
-    def run(self, name, limit_s):
-        """Why a test program fails; empty if it does not."""
+    def run(self, name, tests, until):
+        """The first test that a program fails, ends in or hangs in; empty if none does until then."""
 
         def limit():
             resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
@@ -250,53 +259,59 @@ class Build:
 
         output = os.path.join(self.folder, "output")
         with open(output, "w", encoding="utf-8") as file, subprocess.Popen(
-                [self.program(name), "--gtest_brief=1", "--gtest_fail_fast"], stdout=file, stderr=subprocess.STDOUT, cwd=self.tree,
-                start_new_session=True, preexec_fn=limit) as process:
+                [self.program(name), "--gtest_fail_fast", f"--gtest_filter={tests}"], stdout=file, stderr=subprocess.STDOUT,
+                cwd=self.tree, start_new_session=True, preexec_fn=limit) as process:
+            said, at = 0, time.monotonic()
+            while process.poll() is None and time.monotonic() < min(until, at + HANG_S):
+                time.sleep(0.05)
+                if os.path.getsize(output) != said:
+                    said, at = os.path.getsize(output), time.monotonic()
+            status = process.poll()
             try:
-                status = process.wait(limit_s)
-            except subprocess.TimeoutExpired:
-                return HANGS
-            finally:
-                try:
-                    os.killpg(process.pid, signal.SIGKILL)
-                except ProcessLookupError:
-                    pass
+                os.killpg(process.pid, signal.SIGKILL)  # and what it started
+            except ProcessLookupError:
+                pass
+        if status == 0 or status is None and time.monotonic() >= until:
+            return ""
         with open(output, encoding="utf-8", errors="replace") as file:
-            failed = re.search(r"\[  FAILED  \] (\S+?),? ", file.read())
-        return "" if status == 0 else failed.group(1) if failed else f"ends with {status}"
+            text = file.read()
+        failed, begun = (re.findall(rf"^\[ {word} \] (\w[\w./]*)", text, re.MULTILINE) for word in (" FAILED ", "RUN     "))
+        return (failed or begun[-1:] or [tests])[0]
 
-    def seconds(self, name):
-        """Of a test program without a mutant, which passes; taken once for each build of it."""
-        built = os.stat(self.program(name)).st_mtime_ns
-        if self.seconds_of.get(name, [0])[0] != built:
-            began = time.monotonic()
-            why = self.run(name, 10 * LIMIT_S)
-            if why:
-                sys.exit(f"{name} fails without a mutant: {why}")
-            self.seconds_of[name] = [built, round(time.monotonic() - began, 1)]
-            with open(self.times, "w", encoding="utf-8") as file:
-                json.dump(self.seconds_of, file)
-        return self.seconds_of[name][1]
+    def fails(self, name, mutant, compiled, tests, until):
+        """The first test of a program that the mutant fails, each time, and that passes without it; empty if none does."""
+        self.relink(name, mutant[0], compiled)
+        test = self.run(name, tests, until)
+        if not test:
+            return ""
+        self.restore()
+        if self.run(name, test, time.monotonic() + LIMIT_S):
+            return ""
+        self.relink(name, mutant[0], compiled)
+        return test if self.run(name, test, time.monotonic() + LIMIT_S) else ""
 
 
 def try_one(mutant, build):
     """"killed by NAME: TEST", "lives" or "does not compile"."""
     path = mutant[0]
-    programs = tests_of(path, build.seconds)
     compiled = build.compile(mutant)
     if not compiled:
         return "does not compile"
+    programs = [name for name in tests_of(path, build.seconds) if build.has(name, path)]
+    mirror = own_tests(build.tree, path)
+    rounds = [(name, mirror) for name in programs[:1] if mirror] + [(name, "*") for name in programs]
+    until = time.monotonic() + LIMIT_S
     try:
-        having = [name for name in programs if build.has(name, path)]
-        for name in having:
-            limit_s = 3 * build.seconds(name) + HANG_S  # of the program as it is before it is linked anew
-            build.relink(name, path, compiled)
-            why = build.run(name, limit_s)
-            if why == HANGS:  # or did the machine do other things?
-                why = build.run(name, limit_s)
-            if why:
-                return f"killed by {name}: {why}"
-        return f"lives in {', '.join(having)}" if having else "lives, as no unit test has it"
+        for name, tests in rounds:
+            began = time.monotonic()
+            test = build.fails(name, mutant, compiled, tests, until)
+            if test:
+                return f"killed by {name}: {test}"
+            if time.monotonic() >= until:
+                return f"lives until {name}, which had no time"
+            if tests == "*":
+                build.learn(name, time.monotonic() - began)
+        return f"lives in {', '.join(programs)}" if programs else "lives, as no unit test has it"
     finally:
         build.restore()
 
@@ -334,7 +349,7 @@ def main():
     folders = options.under or FOLDERS
     if options.list:
         for mutant, _ in zip(draw(options.seed, folders), range(options.count)):
-            print(f"{text_of(mutant)}    [{', '.join(tests_of(mutant[0]))}]")
+            print(f"{text_of(mutant)}    [{', '.join(tests_of(mutant[0], {}))}]")
         return 0
     equivalent = set()
     if options.equivalent:

@@ -4,6 +4,7 @@ import itertools
 import os
 import subprocess
 import tempfile
+import time
 import unittest
 from unittest import mock
 
@@ -35,16 +36,19 @@ class Mutations(unittest.TestCase):
         self.assertNotEqual(first(1), first(2))
 
     def test_are_tried_by_their_own_tests_and_those_of_including_folders(self):
-        programs = mutants.tests_of("services/work/job/job_frames.cpp")
+        programs = mutants.tests_of("services/work/job/job_frames.cpp", {})
         self.assertEqual(programs[0], "job_test")
         self.assertIn("daemon_test", programs)
         self.assertNotIn("alignment_test", programs)
 
-    def test_are_tried_by_the_quickest_other_programs_that_have_time(self):
-        seconds = {"job_test": 1000, "daemon_test": 200, "kinds_test": 4}
-        with mock.patch.object(mutants, "LIMIT_S", 1210):
-            programs = mutants.tests_of("services/work/job/job_frames.cpp", lambda name: seconds.get(name, 1000))
-        self.assertEqual(programs, ["job_test", "kinds_test", "daemon_test"])
+    def test_are_tried_by_the_quickest_other_programs_first(self):
+        programs = mutants.tests_of("services/work/job/job_frames.cpp", {"job_test": 1000, "daemon_test": 200, "daemon_parts_test": 20})
+        self.assertEqual(programs[0], "job_test")
+        self.assertEqual(programs[-2:], ["daemon_parts_test", "daemon_test"])
+
+    def test_are_tried_by_the_tests_that_mirror_their_source_first(self):
+        self.assertEqual(mutants.own_tests(mutants.ROOT, "services/work/job/job_frames.cpp"), "JobFrames.*:JobFrames/*:*/JobFrames.*")
+        self.assertEqual(mutants.own_tests(mutants.ROOT, "services/work/job/none.cpp"), "")
 
 
 # A library of three sources in one batch: the compiler puts Sum into Twice and Ends.
@@ -58,6 +62,8 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 add_library(small STATIC sum.cpp twice.cpp apart.cpp)
 add_executable(small_test small_test.cpp)
 target_link_libraries(small_test small)
+add_executable(flaky_test flaky_test.cpp)
+target_link_libraries(flaky_test small)
 add_executable(other_test other_test.cpp)
 """,
     "sum.h": "int Sum(int a, int b);\n",
@@ -69,6 +75,9 @@ add_executable(other_test other_test.cpp)
     "small_test.cpp": '#include <cstdio>\n#include "twice.h"\nint Apart();\n'
                       "int main() {\n  if (Twice(3) == 6 && Ends(98) && Apart() == 1) return 0;\n"
                       '  std::puts("[  FAILED  ] Small.Sums (0 ms)");\n  return 1;\n}\n',
+    "flaky_test.cpp": '#include <cstdio>\n#include <unistd.h>\n#include "twice.h"\n'
+                      'int main() {\n  if (access("seen", F_OK) == 0) return Twice(3) == 7;\n  std::fclose(std::fopen("seen", "w"));\n'
+                      '  std::puts("[  FAILED  ] Flaky.Once (0 ms)");\n  return 1;\n}\n',
     "other_test.cpp": "int main() { return 1; }\n",
 }
 
@@ -89,13 +98,15 @@ class Relinking(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def try_line(self, number, new, path="sum.cpp"):
+    def try_line(self, number, new, path="sum.cpp", programs=("other_test", "small_test")):
         build = mutants.Build(self.tree)
-        with mock.patch.object(mutants, "tests_of", lambda path, seconds: ["other_test", "small_test"]), \
-                mock.patch.object(mutants, "HANG_S", 1):
+        with mock.patch.object(mutants, "tests_of", lambda path, seconds: programs), mock.patch.object(mutants, "HANG_S", 0.5):
             came = mutants.try_one((path, number, new), build)
-        self.assertEqual(build.run("small_test", 10), "", "the program is as it was")
+        self.assertEqual(self.run_clean(build), "", "the program is as it was")
         return came
+
+    def run_clean(self, build):
+        return build.run("small_test", "*", time.monotonic() + 10)
 
     def test_kills_in_the_callers_of_a_batch(self):
         self.assertEqual(self.try_line(3, "  sum -= b;"), "killed by small_test: Small.Sums")
@@ -103,7 +114,7 @@ class Relinking(unittest.TestCase):
         self.assertEqual(self.try_line(0, "int Apart() { return 2; }", "apart.cpp"), "killed by small_test: Small.Sums")
 
     def test_kills_what_does_not_end(self):
-        self.assertEqual(self.try_line(3, "  while (a < 100) a = Sum(a, 0);", "twice.cpp"), "killed by small_test: does not end")
+        self.assertEqual(self.try_line(3, "  while (a < 100) a = Sum(a, 0);", "twice.cpp"), "killed by small_test: *")
 
     def test_lets_live_what_changes_nothing(self):
         self.assertEqual(self.try_line(3, "  sum = b + sum;"), "lives in small_test")
@@ -117,7 +128,16 @@ class Relinking(unittest.TestCase):
         os.rename(program, program + ".clean")
         with open(program, "w", encoding="utf-8") as file:
             file.write("a mutant")
-        self.assertEqual(mutants.Build(self.tree).run("small_test", 10), "")
+        self.assertEqual(self.run_clean(mutants.Build(self.tree)), "")
+
+    def test_believes_no_test_that_fails_now_and_then(self):
+        self.assertEqual(self.try_line(3, "  sum = b + sum;", programs=["flaky_test", "small_test"]), "lives in flaky_test, small_test")
+        with open(os.path.join(self.tree, "build", "gate", "mutant", "seconds.json"), encoding="utf-8") as file:
+            self.assertIn("flaky_test", file.read())
+
+    def test_tries_nothing_after_its_time(self):
+        with mock.patch.object(mutants, "LIMIT_S", 0):
+            self.assertEqual(self.try_line(3, "  sum -= b;"), "lives until small_test, which had no time")
 
 
 if __name__ == "__main__":
