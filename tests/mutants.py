@@ -49,6 +49,7 @@ SWAPS = [
     (re.compile(r"(?<=[\w)\]]) (/) (?=[\w(])"), " * "), (re.compile(r"\b(true)\b"), "false"), (re.compile(r"\b(false)\b"), "true"),
     (re.compile(r"\bif \((!)"), "if ("),
 ]
+RESERVE = re.compile(r"^\s+[\w.>()\[\]-]+(\.|->)reserve\(.*\);$")  # room ahead of time changes no result
 NUMBER = re.compile(r"(?<![\w.\"'])(\d+)(?![\w.'])")
 STATEMENT = re.compile(r"^\s+(?!return|const |constexpr |static |using |case |break|continue|auto |for |if |else|\}|//|#|public|private)"
                        r"[A-Za-z_*(][\w.:>()\[\]*-]*(?:\(| = | \+= | -= |\+\+).*;$")
@@ -72,6 +73,8 @@ def outside_strings(line, start):
 
 def mutations(line):
     """All faults that may be made of a line, as lines."""
+    if RESERVE.match(line):
+        return
     for pattern, new in SWAPS:
         for found in pattern.finditer(line):
             if outside_strings(line, found.start()) and "template" not in line and "#include" not in line:

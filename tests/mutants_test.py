@@ -26,6 +26,7 @@ class Mutations(unittest.TestCase):
     def test_leave_texts_types_and_declarations_alone(self):
         self.assertEqual(self.of('  return absl::StrCat("a && b <= 3");'), set())
         self.assertEqual(self.of("  std::vector<int> counts;"), set())
+        self.assertEqual(self.of("  counts.reserve(2 * values.size());"), set())
         self.assertEqual(self.of("  const std::string name = NameOf(path);"), set())
         self.assertEqual(list(mutants.code_lines('#include "a.h"\n// a < b\n\nint x = 1;\n')), [(3, "int x = 1;")])
 

@@ -2,12 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <set>
 
 #include "capture/take/recorded_take.h"
 #include "capture/take/recover_take.h"
+#include "capture/take/take_files.h"
 #include "tests/capture/file_size_limit.h"
 #include "tests/capture/pattern_frames.h"
 #include "tests/capture/temp_folder.h"
@@ -108,6 +111,29 @@ TEST(Recorder, StopsAtTheLowDiskMarkAndKeepsWhatItHas) {
   EXPECT_TRUE((*recorder)->Stop().ok());
   EXPECT_THAT((*recorder)->Counters().stop_cause, HasSubstr("disk nearly full"));
   ExpectAccounted(temp / "take", cameras, set);
+}
+
+// An eighth of the room above the mark is reserved for all cameras together; other programs use the disk, too.
+TEST(Recorder, ReservesNoMoreForManyCamerasThanForOne) {
+  const TempFolder temp;
+  const uint64_t above_bytes = uint64_t{512} << 20;
+  const uint64_t before_bytes = std::filesystem::space(temp.path()).available;
+  if (before_bytes < 4 * above_bytes) GTEST_SKIP() << "this disk is nearly full";
+  RecorderOptions options = Small();
+  options.low_disk_bytes = before_bytes - above_bytes;
+  options.take.stream.preallocate_bytes = above_bytes;
+  const std::vector<std::string> ids = {"a", "b", "c", "d"};
+  const auto recorder = Recorder::Start(temp / "take", ids, options);
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  uint64_t reserved_bytes = 0;
+  for (const std::string& id : ids) {
+    struct stat info = {};
+    ASSERT_EQ(stat(StreamFile(StreamFolder(temp / "take"), id).c_str(), &info), 0);
+    reserved_bytes += static_cast<uint64_t>(info.st_blocks) * 512;
+  }
+  EXPECT_GT(reserved_bytes, above_bytes / 32);
+  EXPECT_LT(reserved_bytes, above_bytes / 4);
+  EXPECT_TRUE((*recorder)->Stop().ok());
 }
 
 TEST(Recorder, RefusesSetsThatDoNotAccountForEveryCamera) {
