@@ -19,7 +19,8 @@ include its headers, the quickest first, until one fails. A mutant that does not
 A test has killed if it fails, ends its program, or says nothing for HANG_S, with the mutant twice and without it not at all.
 After LIMIT_S nothing more is tried. Mutants that live are printed with their change. A reader says which are equivalent, and
 lists them in --equivalent FILE (a line for each: path:line: change).
-Needs a build first, and then half a minute or so for each mutant. Exit status 1 when fewer than --least percent are killed.
+Needs a build first, and then half a minute or so for each mutant. Draw them in a container: one may end processes of others.
+Exit status 1 when fewer than --least percent are killed.
 """
 
 import argparse
@@ -38,6 +39,7 @@ FOLDERS = ("services", "animation")
 TREE = os.path.join(ROOT, "build", "mutants")
 LIMIT_S = 300  # of all tests of a mutant
 HANG_S = 90  # of a test that says nothing
+SHARDS = 4  # of a test program at once: many tests wait for others
 LIMIT_BYTES = 16 << 30  # of a test program's memory, and of a file that it writes: a mutant may never stop asking for more
 
 # What stands in code, and what a mutant has in its place.
@@ -58,6 +60,11 @@ IF = re.compile(r"\bif \((?!const |auto |absl::)(.*)\)( \{| return.*;| continue;
 
 def git(*arguments, folder=ROOT):
     return subprocess.run(["git", *arguments], cwd=folder, check=True, capture_output=True, text=True).stdout
+
+
+def text_in(path):
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return file.read()
 
 
 def code_lines(text):
@@ -95,8 +102,7 @@ def draw(seed, folders=FOLDERS):
     sources = [path for path in git("ls-files", *folders).splitlines() if path.endswith(".cpp") and not path.endswith("main.cpp")]
     everywhere = []  # each line of code is as likely as any other
     for path in sources:
-        with open(os.path.join(ROOT, path), encoding="utf-8") as file:
-            everywhere += [(path, number, line) for number, line in code_lines(file.read())]
+        everywhere += [(path, number, line) for number, line in code_lines(text_in(os.path.join(ROOT, path)))]
     seen = set()
     while True:
         path, number, line = chance.choice(everywhere)
@@ -129,9 +135,8 @@ def tests_of(path, seconds):
         for depth in range(len(parts), 0, -1):
             lists = os.path.join(ROOT, "tests", *parts[:depth], "CMakeLists.txt")
             if os.path.exists(lists):
-                with open(lists, encoding="utf-8") as file:
-                    for name in re.findall(r"^weft_test\((\w+)", file.read(), re.MULTILINE):
-                        ranks.setdefault(name, rank > 0)
+                for name in re.findall(r"^weft_test\((\w+)", text_in(lists), re.MULTILINE):
+                    ranks.setdefault(name, rank > 0)
                 break
     ranks.pop("simulation_command_test", None)
     return sorted(ranks, key=lambda name: (ranks[name], seconds.get(name, 0)))
@@ -142,8 +147,7 @@ def own_tests(tree, path):
     mirror = os.path.join(tree, "tests", path[:-len(".cpp")] + "_test.cpp")
     if not os.path.exists(mirror):
         return ""
-    with open(mirror, encoding="utf-8") as file:
-        suites = set(re.findall(r"^(?:TYPED_)?TEST(?:_F|_P)?\((\w+),", file.read(), re.MULTILINE))
+    suites = set(re.findall(r"^(?:TYPED_)?TEST(?:_F|_P)?\((\w+),", text_in(mirror), re.MULTILINE))
     return ":".join(f"{suite}.*:{suite}/*:*/{suite}.*" for suite in sorted(suites))
 
 
@@ -151,11 +155,9 @@ def includes_of(tree, path, known):
     """All headers of the tree that a file includes, itself or through others."""
     if path not in known:
         known[path] = set()
-        with open(os.path.join(tree, path), encoding="utf-8") as file:
-            direct = [name for name in re.findall(r'^#include "([^"]+)"', file.read(), re.MULTILINE)
-                      if os.path.exists(os.path.join(tree, name))]
-        for name in direct:
-            known[path] |= {name} | includes_of(tree, name, known)
+        for name in re.findall(r'^#include "([^"]+)"', text_in(os.path.join(tree, path)), re.MULTILINE):
+            if os.path.exists(os.path.join(tree, name)):
+                known[path] |= {name} | includes_of(tree, name, known)
     return known[path]
 
 
@@ -174,6 +176,12 @@ def is_in(command, link):
     return bool({compiled, library} & set(link.split()))
 
 
+def blamed(output):
+    """The test that failed, or else the last that began, by what a program said; empty if it said nothing."""
+    failed, begun = (re.findall(rf"^\[ {word} \] (\w[\w./]*)", text_in(output), re.MULTILINE) for word in (" FAILED ", "RUN     "))
+    return (failed or begun[-1:] or [""])[0]
+
+
 class Build:
     """A build tree: how a source is compiled, what links a program, and how long its tests take."""
 
@@ -182,22 +190,16 @@ class Build:
         self.folder = os.path.join(self.gate, "mutant")
         os.makedirs(self.folder, exist_ok=True)
         self.commands, self.batches = {}, {}  # of a source: what compiles it, and the sources that are compiled with it
-        with open(os.path.join(self.gate, "compile_commands.json"), encoding="utf-8") as file:
-            for entry in json.load(file):
-                batch = [entry["file"]]
-                if "/Unity/" in entry["file"]:
-                    with open(entry["file"], encoding="utf-8") as unity:
-                        batch = re.findall(r'^#include "([^"]+)"', unity.read(), re.MULTILINE)
-                batch = [os.path.relpath(source, tree) for source in batch]
-                for source in batch:
-                    self.commands[source], self.batches[source] = entry["command"], batch
+        for entry in json.loads(text_in(os.path.join(self.gate, "compile_commands.json"))):
+            batch = [entry["file"]]
+            if "/Unity/" in entry["file"]:
+                batch = re.findall(r'^#include "([^"]+)"', text_in(entry["file"]), re.MULTILINE)
+            batch = [os.path.relpath(source, tree) for source in batch]
+            for source in batch:
+                self.commands[source], self.batches[source] = entry["command"], batch
         self.links = {}
         self.relinked = []
-        self.times = os.path.join(self.folder, "seconds.json")
         self.seconds = {}  # that test programs took at the last time
-        if os.path.exists(self.times):
-            with open(self.times, encoding="utf-8") as file:
-                self.seconds = json.load(file)
         for name in os.listdir(self.program("")):  # a run before this one was ended
             if name.endswith(".clean"):
                 os.replace(self.program(name), self.program(name[:-len(".clean")]))
@@ -208,8 +210,7 @@ class Build:
     def compile(self, mutant):
         """The mutant's object file; none if it does not compile."""
         path, number, new = mutant
-        with open(os.path.join(self.tree, path), encoding="utf-8") as file:
-            lines = file.read().splitlines()
+        lines = text_in(os.path.join(self.tree, path)).splitlines()
         lines[number] = new
         source, together, compiled = (os.path.join(self.folder, name) for name in (os.path.basename(path), "mutant.cxx", "mutant.o"))
         with open(source, "w", encoding="utf-8") as file:
@@ -225,7 +226,8 @@ class Build:
     def links_of(self, name):
         """What links a test program and the programs that it starts, by their names."""
         if name not in self.links:
-            commands = subprocess.run(["ninja", "-t", "commands", f"bin/{name}"], cwd=self.gate, capture_output=True, text=True, check=True)
+            commands = subprocess.run(["ninja", "-t", "commands", f"bin/{name}"], cwd=self.gate, capture_output=True, text=True,
+                                      check=True)
             links = [command.split(" && ")[1] for command in commands.stdout.splitlines() if " -o bin/" in command]
             self.links[name] = {re.search(r" -o bin/(\S+)", link).group(1): link for link in links}
         return self.links[name]
@@ -243,43 +245,49 @@ class Build:
                 link = link.replace(" -o bin/", f" {compiled} -Wl,--allow-multiple-definition -o bin/", 1)
                 subprocess.run(link, shell=True, cwd=self.gate, check=True)
 
-    def learn(self, name, seconds):
-        self.seconds[name] = round(seconds, 1)
-        with open(self.times, "w", encoding="utf-8") as file:
-            json.dump(self.seconds, file)
-
     def restore(self):
         for program in self.relinked:
             os.replace(self.program(program + ".clean"), self.program(program))
         self.relinked = []
 
-    def run(self, name, tests, until):
-        """The first test that a program fails, ends in or hangs in; empty if none does until then."""
+    def start(self, name, tests, shard, shards):
+        """A process of some tests of a program, and the file of what it says."""
 
         def limit():
-            resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
-            resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT_BYTES, LIMIT_BYTES))
+            for kind in (resource.RLIMIT_AS, resource.RLIMIT_FSIZE):
+                resource.setrlimit(kind, (LIMIT_BYTES, LIMIT_BYTES))
 
-        output = os.path.join(self.folder, "output")
-        with open(output, "w", encoding="utf-8") as file, subprocess.Popen(
-                [self.program(name), "--gtest_fail_fast", f"--gtest_filter={tests}"], stdout=file, stderr=subprocess.STDOUT,
-                cwd=self.tree, start_new_session=True, preexec_fn=limit) as process:
-            said, at = 0, time.monotonic()
-            while process.poll() is None and time.monotonic() < min(until, at + HANG_S):
+        output = os.path.join(self.folder, f"output-{shard}")
+        environment = {**os.environ, "GTEST_TOTAL_SHARDS": str(shards), "GTEST_SHARD_INDEX": str(shard)}
+        with open(output, "w", encoding="utf-8") as file:
+            command = [self.program(name), "--gtest_fail_fast", f"--gtest_filter={tests}"]
+            return subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, cwd=self.tree, env=environment,
+                                    start_new_session=True, preexec_fn=limit), output
+
+    def run(self, name, tests, until):
+        """The first test that a program fails, ends in or hangs in; empty if none does until then."""
+        shards = SHARDS if tests == "*" else 1
+        started = [self.start(name, tests, shard, shards) for shard in range(shards)]
+        said = {output: (0, time.monotonic()) for _, output in started}
+        try:
+            while time.monotonic() < until:
+                statuses = [process.poll() for process, _ in started]
+                for (_, output), status in zip(started, statuses):
+                    if os.path.getsize(output) != said[output][0]:
+                        said[output] = (os.path.getsize(output), time.monotonic())
+                    if status or status is None and time.monotonic() > said[output][1] + HANG_S:
+                        return blamed(output) or tests
+                if None not in statuses:
+                    break
                 time.sleep(0.05)
-                if os.path.getsize(output) != said:
-                    said, at = os.path.getsize(output), time.monotonic()
-            status = process.poll()
-            try:
-                os.killpg(process.pid, signal.SIGKILL)  # and what it started
-            except ProcessLookupError:
-                pass
-        if status == 0 or status is None and time.monotonic() >= until:
             return ""
-        with open(output, encoding="utf-8", errors="replace") as file:
-            text = file.read()
-        failed, begun = (re.findall(rf"^\[ {word} \] (\w[\w./]*)", text, re.MULTILINE) for word in (" FAILED ", "RUN     "))
-        return (failed or begun[-1:] or [tests])[0]
+        finally:
+            for process, _ in started:
+                try:
+                    os.killpg(process.pid, signal.SIGKILL)  # and what it started
+                except ProcessLookupError:
+                    pass
+                process.wait()
 
     def fails(self, name, mutant, compiled, tests, until):
         """The first test of a program that the mutant fails, each time, and that passes without it; empty if none does."""
@@ -313,7 +321,7 @@ def try_one(mutant, build):
             if time.monotonic() >= until:
                 return f"lives until {name}, which had no time"
             if tests == "*":
-                build.learn(name, time.monotonic() - began)
+                build.seconds[name] = time.monotonic() - began
         return f"lives in {', '.join(programs)}" if programs else "lives, as no unit test has it"
     finally:
         build.restore()
@@ -356,14 +364,12 @@ def main():
         return 0
     equivalent = set()
     if options.equivalent:
-        with open(options.equivalent, encoding="utf-8") as file:
-            equivalent = {line.strip() for line in file if line.strip()}
+        equivalent = {line.strip() for line in text_in(options.equivalent).splitlines() if line.strip()}
     build = prepare(options.here)
     record = options.record or os.path.join(ROOT, "build", f"mutants-{git('rev-parse', '--short', 'HEAD').strip()}-{options.seed}.jsonl")
     known = {}
     if os.path.exists(record):
-        with open(record, encoding="utf-8") as file:
-            known = dict(json.loads(line) for line in file)
+        known = dict(json.loads(line) for line in text_in(record).splitlines())
     tried, killed, alive = 0, 0, []
     for mutant in draw(options.seed, folders):
         if tried == options.count:
@@ -380,8 +386,8 @@ def main():
         tried += 1
         killed += known[text].startswith("killed")
         if known[text].startswith("lives"):
-            with open(os.path.join(ROOT, mutant[0]), encoding="utf-8") as file:
-                alive.append(f"{text}    in place of {file.read().splitlines()[mutant[1]].strip()}")
+            before = text_in(os.path.join(ROOT, mutant[0])).splitlines()[mutant[1]].strip()
+            alive.append(f"{text}    in place of {before}")
         print(f"{tried:3}  {time.monotonic() - began:5.0f} s  {known[text]:40}  {text}", flush=True)
     share = 100 * killed / max(1, tried)
     print(f"{killed} of {tried} mutants are killed, {share:.0f} %")
