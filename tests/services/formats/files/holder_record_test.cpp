@@ -7,9 +7,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <functional>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -155,6 +157,7 @@ TEST_F(HolderRecordTest, IsRefreshedUntilAnotherHasIt) {
 TEST_F(HolderRecordTest, TheThreadThatRefreshesTakesNoSignals) {
   const auto record = HolderRecord::Take(path(), "weftd");
   ASSERT_TRUE(record.ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // threads block all signals while they start
   // Signal n is bit n - 1 of what a thread blocks.
   const uint64_t ends = 1 << (SIGHUP - 1) | 1 << (SIGINT - 1) | 1 << (SIGUSR1 - 1) | 1 << (SIGTERM - 1);
   int without = 0;

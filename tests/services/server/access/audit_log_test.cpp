@@ -118,7 +118,8 @@ TEST_F(AuditLogTest, TellsHowManyEntriesAFullDiskTook) {
   EXPECT_TRUE(log->Record(Entry("fourth")));
   std::vector<std::string> told;
   for (const v1::AuditEntry& entry : Entries())
-    told.push_back(entry.method().empty() ? absl::StrCat(entry.outcome(), " ", entry.times()) : entry.method());
+    told.push_back(entry.method().empty() ? absl::StrCat(entry.outcome(), " ", entry.times())
+                                          : entry.method());
   EXPECT_THAT(told, ElementsAre("first", "LOST 3", "second", "third", "LOST 2", "fourth"));
   EXPECT_EQ(warnings_.size(), 2U) << "one for each time that the disk is full";
 }

@@ -113,7 +113,8 @@ TEST(Recorder, StopsAtTheLowDiskMarkAndKeepsWhatItHas) {
   ExpectAccounted(temp / "take", cameras, set);
 }
 
-// An eighth of the room above the mark is reserved for all cameras together; other programs use the disk, too.
+// An eighth of the room above the mark is reserved for all cameras together; other programs use the disk,
+// too.
 TEST(Recorder, ReservesNoMoreForManyCamerasThanForOne) {
   const TempFolder temp;
   const uint64_t above_bytes = uint64_t{512} << 20;
