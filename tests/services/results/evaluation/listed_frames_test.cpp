@@ -112,6 +112,16 @@ TEST_F(ListedFramesTest, FramesThatTheDumpLacksHaveAPositionByTheirName) {
   EXPECT_THAT(List("truth", {}, &dump, times), ElementsAre("0@0/0", "1@1/1", "2@2/-1", "7@7/-1"));
 }
 
+// Positions of jobs of earlier versions count frames of the dump, also where a frame before it is known.
+TEST_F(ListedFramesTest, RangesOfEarlierVersionsCountTheDumpsFrames) {
+  WriteFrames("truth", {"0", "1", "2"}, "mesh.ply");
+  WriteFrames("result", {"1"}, "mesh.ply");
+  const FramesByName dump({"1", "2"});
+  v1::Job old;
+  old.mutable_spec()->set_end_frame(1);
+  EXPECT_THAT(List("truth", old, &dump), ElementsAre("0@0/-1", "1@1/0"));
+}
+
 TEST_F(ListedFramesTest, ATruthOfOtherFramesIsRefused) {
   WriteFrames("truth", {"0", "1"}, "mesh.ply");
   WriteFrames("result", {"7"}, "mesh.ply");

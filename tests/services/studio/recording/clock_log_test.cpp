@@ -7,6 +7,8 @@
 #include <sstream>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "capture/file/checksum.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -192,6 +194,17 @@ TEST(ClockLog, AReadingBehindTheEndIsNone) {
   EXPECT_EQ(log->readings.size(), 1u);
   EXPECT_GT(log->damaged_lines, 0u);
   EXPECT_EQ(log->damage, "line 4 is not as it was written");
+  // Nor one whose checksum follows that of the end.
+  WriteBytes(ClockLogFile(folder.path()), closed);
+  const std::string end = ParseClockLog(folder.path())->end_checksum, reading = "2000,left,-5,3,,";
+  const std::string sealed = end + reading;
+  WriteBytes(ClockLogFile(folder.path()),
+             absl::StrCat(closed, reading, ",",
+                          absl::Hex(Checksum(sealed.data(), sealed.size()), absl::kZeroPad16), "\n"));
+  const auto forged = ParseClockLog(folder.path());
+  ASSERT_TRUE(forged.ok()) << forged.status();
+  EXPECT_EQ(forged->readings.size(), 1u);
+  EXPECT_EQ(forged->damage, "line 4 is not as it was written");
 }
 
 }  // namespace

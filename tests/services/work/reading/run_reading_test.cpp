@@ -87,6 +87,28 @@ TEST_F(RunReadingTest, ItemsAreCheckedWhereTheyLieAlone) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("board.png"));
 }
 
+// A client's path was checked before: where a link has taken its place meanwhile, nothing is read.
+TEST_F(RunReadingTest, InputsOfJobsAreNotReadThroughLinks) {
+  fs::create_directories(root_ + "/take");
+  WriteBytes(root_ + "/rig.json", "no rig");
+  v1::Reading reading;
+  v1::RegistrationSpec& spec = *reading.mutable_job_inputs();
+  spec.set_dump(root_ + "/take");
+  spec.set_rig(root_ + "/rig.json");
+  spec.set_board(root_ + "/board.json");
+  spec.set_garment(root_ + "/template");
+  spec.set_out(root_ + "/out");
+  reading.add_allowed_paths(root_);
+  const absl::Status read = StatusOf(ReadApart(reading));
+  EXPECT_EQ(read.code(), absl::StatusCode::kInvalidArgument) << read;
+  EXPECT_THAT(std::string(read.message()), HasSubstr("rig.json"));
+  fs::rename(root_ + "/rig.json", root_ + "/elsewhere.json");
+  fs::create_symlink(root_ + "/elsewhere.json", root_ + "/rig.json");
+  const absl::Status refused = StatusOf(ReadApart(reading));
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("rig.json: was exchanged for a symbolic link"));
+}
+
 TEST_F(RunReadingTest, ErrorsAreTheWholeAnswer) {
   v1::Reading reading;
   EXPECT_EQ(StatusOf(ReadApart(reading)).code(), absl::StatusCode::kInvalidArgument) << "nothing to read";

@@ -82,16 +82,16 @@ class OperationQueueTest : public ::testing::Test {
 TEST_F(OperationQueueTest, CallersTakeTurns) {
   Hold();
   std::vector<std::string> ids;
-  for (const char* take : {"/b1", "/b2", "/b3"}) ids.push_back(Start(kBen, take));
+  for (int i = 1; i <= 9; ++i) ids.push_back(Start(kBen, absl::StrCat("/b", i)));
   for (const char* take : {"/a1", "/a2"}) ids.push_back(Start(kUserOfQueue, take));
   LetGo();
   for (const std::string& id : ids) WaitForEnd(id);
-  // By the time that each was served, which differs a little.
+  // By the time that each was served, which differs, on a busy machine by a multiple.
   const std::vector<std::string> order = Began();
-  ASSERT_EQ(order.size(), 5U);
-  EXPECT_EQ(order[0], "b1");
+  ASSERT_EQ(order.size(), 11U);
+  EXPECT_EQ(order.front(), "b1");
   EXPECT_EQ(order[1], "a1");
-  EXPECT_NE(order[4], "a2");
+  EXPECT_NE(order.back(), "a2");
 }
 
 TEST_F(OperationQueueTest, OneCallerLeavesPlacesForOthersAndForOperators) {
