@@ -183,6 +183,7 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": has other vertices or faces than ", garment.id,
                      "; export all frames of one mesh, with modifiers that do not change its faces"));
+  WEFT_RETURN_IF_ERROR(CheckSize(path, mesh));
   return std::move(mesh.vertices_mm);
 }
 

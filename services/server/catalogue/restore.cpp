@@ -62,12 +62,17 @@ absl::Status KeepRows(Database& database, int64_t version, const JobRecords& rec
     const absl::StatusOr<bool> is_there = jobs.Step();
     if (!is_there.ok()) damage.Update(is_there.status());
     if (!is_there.ok() || !*is_there) return damage;
-    const absl::StatusOr<v1::JobUpdate> row = ReadWhole(database, JobRowOf(jobs), version);
+    absl::StatusOr<v1::JobUpdate> row = ReadWhole(database, JobRowOf(jobs), version);
     damage.Update(row.status());
     if (!row.ok()) continue;
     const absl::StatusOr<v1::JobUpdate> record = records.Read(row->job().id());
+    // Of a job that has not ended records have the priority first: the row follows when the disk takes it.
+    const bool is_moved = record.ok() && EndOf(row->job()) == 0 && EndOf(record->job()) == 0 &&
+                          row->job().priority() != record->job().priority();
+    if (is_moved) row->mutable_job()->set_priority(record->job().priority());
     if (!record.ok() || SaysMore(*row, *record)) finding.unkept.Update(records.Write(*row));
-    if (!record.ok() || EndOf(row->job()) >= EndOf(record->job())) finding.settled.insert(row->job().id());
+    if (!is_moved && (!record.ok() || EndOf(row->job()) >= EndOf(record->job())))
+      finding.settled.insert(row->job().id());
   }
 }
 

@@ -181,6 +181,9 @@ TEST_F(GarmentFile, MomentsMayBePly) {
   ASSERT_EQ(moved->size(), garment->rest.vertices_mm.size());
   for (size_t v = 0; v < moved->size(); ++v)
     EXPECT_LT(((*moved)[v] - garment->rest.vertices_mm[v] - Eigen::Vector3d(7, 0, 0)).norm(), 1e-9);
+  EXPECT_THAT(std::string(ReadGarmentMoment(folder_ / "b.ply", *garment).status().message()),
+              HasSubstr("mm across"))
+      << "a moment in metres among others in mm";
   std::swap(moment.faces[0][0], moment.faces[0][1]);
   ASSERT_TRUE(WriteMesh(folder_ / "c.ply", moment).ok());
   EXPECT_TRUE(absl::IsInvalidArgument(ReadGarmentMoment(folder_ / "c.ply", *garment, 1000).status()));

@@ -231,6 +231,25 @@ TEST_F(RestoreTest, RowsThatSayMoreThanTheirRecordsStay) {
   }
 }
 
+// A daemon that was killed before the row of a job that it was told to hurry.
+TEST_F(RestoreTest, APriorityThatWasAnsweredStays) {
+  Fill();
+  v1::Job running = JobToRestore("9", v1::JOB_STATE_RUNNING);
+  auto frames = FramesToRestore(v1::FRAME_STATE_WAITING);
+  frames[0].set_state(v1::FRAME_STATE_DONE);
+  {
+    const auto catalogue = Open();
+    ASSERT_TRUE(catalogue->Update(running, {{0, frames[0]}}).ok());
+    ASSERT_TRUE(catalogue->KeepPriority("9", 7).ok());
+  }
+  for (const bool again : {false, true}) {
+    const auto catalogue = Open();
+    EXPECT_EQ(catalogue->ReadJob("9")->priority(), 7) << again;
+    EXPECT_EQ((*catalogue->ReadFrames("9"))[0].state(), v1::FRAME_STATE_DONE) << "the progress of its row";
+    EXPECT_EQ(catalogue->ReadJob("8")->priority(), 0);
+  }
+}
+
 TEST_F(RestoreTest, AnInterruptedRestorationIsFinished) {
   Fill();
   // As it is between the renaming and the new file's commit.
