@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -34,6 +35,17 @@ absl::Status CheckSize(const std::string& path, const TriangleMesh& mesh) {
       "%s: the garment is %.4g mm across; the file does not say its unit: give the one that it "
       "was exported in, `weft garment import --unit m` makes a mesh in mm of it",
       path, across_mm));
+}
+
+// Cloth is not stretched so far, and units differ by more.
+constexpr double kMostStretch = 2;
+
+double AroundFaces_mm(const std::vector<Eigen::Vector3d>& vertices_mm,
+                      const std::vector<std::array<int, 3>>& faces) {
+  double sum = 0;
+  for (const std::array<int, 3>& face : faces)
+    for (int k = 0; k < 3; ++k) sum += (vertices_mm[face[k]] - vertices_mm[face[(k + 1) % 3]]).norm();
+  return sum;
 }
 
 std::vector<Eigen::Vector3d> InMm(std::vector<Eigen::Vector3d> vertices, double unit_mm) {
@@ -122,14 +134,15 @@ absl::StatusOr<GarmentMesh> GarmentFromMesh(const std::string& path, double unit
   if (!garment.ok()) return garment;
   garment->id = fs::path(path).stem().string();
   const absl::Status status = CheckGarmentMesh(garment->rest);
-  if (status.ok()) {
-    WEFT_RETURN_IF_ERROR(CheckSize(path, garment->rest));
-    return garment;
-  }
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message(),
-                                                  " (triangles and vertices are counted from 0); repair the "
-                                                  "mesh (in Blender: Select All by Trait, Non "
-                                                  "Manifold; Merge by Distance) and export it again"));
+  if (!status.ok())
+    return absl::Status(
+        status.code(),
+        absl::StrCat(
+            path, ": ", status.message(),
+            " (triangles and vertices are counted from 0); repair the mesh (in Blender: Select All by "
+            "Trait, Non Manifold; Merge by Distance) and export it again"));
+  WEFT_RETURN_IF_ERROR(CheckSize(path, garment->rest));
+  return garment;
 }
 
 absl::StatusOr<GarmentMesh> GarmentFromTemplate(const std::string& path) {
@@ -184,6 +197,12 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string
         absl::StrCat(path, ": has other vertices or faces than ", garment.id,
                      "; export all frames of one mesh, with modifiers that do not change its faces"));
   WEFT_RETURN_IF_ERROR(CheckSize(path, mesh));
+  const double stretch = AroundFaces_mm(mesh.vertices_mm, garment.rest.faces) /
+                         AroundFaces_mm(garment.rest.vertices_mm, garment.rest.faces);
+  if (!(stretch < kMostStretch && stretch * kMostStretch > 1))
+    return absl::InvalidArgumentError(
+        absl::StrFormat("%s: its edges are %.3g times as long as those of %s; export all frames in one unit",
+                        path, stretch, garment.id));
   return std::move(mesh.vertices_mm);
 }
 

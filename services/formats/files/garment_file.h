@@ -21,7 +21,7 @@ bool IsMeshName(const std::string& path);
 absl::StatusOr<GarmentMesh> ReadGarmentMesh(const std::string& path, double unit_mm = 1);
 
 // Where the vertices of the same mesh are at another moment, in mm. InvalidArgument: the file has other
-// vertices or faces than `garment`, or is of no garment's size, as in another unit.
+// vertices or faces than `garment`, or is in another unit.
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadGarmentMoment(const std::string& path,
                                                                const GarmentMesh& garment,
                                                                double unit_mm = 1);

@@ -184,6 +184,10 @@ TEST_F(GarmentFile, MomentsMayBePly) {
   EXPECT_THAT(std::string(ReadGarmentMoment(folder_ / "b.ply", *garment).status().message()),
               HasSubstr("mm across"))
       << "a moment in metres among others in mm";
+  const absl::Status in_dm = ReadGarmentMoment(folder_ / "b.ply", *garment, 10'000).status();
+  EXPECT_THAT(std::string(in_dm.message()),
+              HasSubstr("b.ply: its edges are 10 times as long as those of shirt"))
+      << "of a garment's size, too";
   std::swap(moment.faces[0][0], moment.faces[0][1]);
   ASSERT_TRUE(WriteMesh(folder_ / "c.ply", moment).ok());
   EXPECT_TRUE(absl::IsInvalidArgument(ReadGarmentMoment(folder_ / "c.ply", *garment, 1000).status()));
