@@ -224,6 +224,7 @@ void AddGarmentImportCommand(CLI::App& garment, CommandLine& line) {
   AddOption(*command, "--world-up UP", options->world_up,
             "With --up: the axis of the rig's world that points up",
             OneOf({"x", "-x", "y", "-y", "z", "-z"}));
+  command->get_option("--world-up")->needs("--up");
   AddOption(*command, "--rest FILE", options->request.rest,
             "The garment at rest; by default the mesh of the first frame");
   AddRequired(*command, "--out DIR", options->request.out, "Folder to write to");

@@ -166,13 +166,11 @@ absl::StatusOr<ImportedGarment> ImportMeshes(const MeshImport& request,
   std::sort(meshes.begin(), meshes.end(), NaturalLess);
   const std::string out = AbsolutePath(request.out);
   WEFT_RETURN_IF_ERROR(MayWrite(out));
-  WEFT_ASSIGN_OR_RETURN(
-      GarmentMesh garment,
-      ReadGarmentMesh(request.rest.empty() ? meshes.front() : request.rest, request.unit_mm));
+  const std::string& rest = request.rest.empty() ? meshes.front() : request.rest;
+  WEFT_ASSIGN_OR_RETURN(GarmentMesh garment, ReadGarmentMesh(rest, request.unit_mm));
   Turn(request.world_from_mesh, garment.rest.vertices_mm);
+  WEFT_RETURN_IF_ERROR(CheckReach(rest, garment.rest.vertices_mm));
   ImportedGarment imported;
-  WEFT_RETURN_IF_ERROR(
-      CheckReach(request.rest.empty() ? meshes.front() : request.rest, garment.rest.vertices_mm));
   imported.frames = FrameNamesOf(meshes);
   imported.vertices = garment.rest.vertices_mm.size(), imported.faces = garment.rest.faces.size();
   const MeshImporter importer(out, garment);

@@ -72,6 +72,9 @@ TEST(WeftCommand, BadArgumentsEndWithStatus2AndPointToTheHelp) {
   EXPECT_EQ(twice.status, 2);
   EXPECT_THAT(twice.err,
               StartsWith("weft: error: --unit is given 2 times; give it once\nRun `weft garment check"));
+  const WeftRun unused = RunWeft({"garment", "import", "a.obj", "--world-up", "z", "--out", "x"});
+  EXPECT_EQ(unused.status, 2);
+  EXPECT_THAT(unused.err, StartsWith("weft: error: --world-up requires --up\n"));
   EXPECT_EQ(RunWeft({"rig"}).status, 2);
   EXPECT_EQ(RunWeft({"decode", "a.png"}).status, 2);
   EXPECT_EQ(RunWeft({"pattern", "generate", "--rows", "many", "--cols", "9", "--out", "x"}).status, 2);
