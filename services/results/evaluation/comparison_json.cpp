@@ -7,6 +7,8 @@
 namespace weft {
 namespace {
 
+static_assert(static_cast<int>(ComparisonOutcome::kAHigher) == v1::COMPARISON_OUTCOME_A_HIGHER);
+
 v1::ComparedMeasure MeasureToProto(const ComparedMeasure& compared) {
   v1::ComparedMeasure out;
   out.set_measure(compared.measure->name);
